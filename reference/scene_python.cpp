@@ -1,0 +1,3 @@
+#include "python.h"
+
+void bind_scene(nb::module_&) {}
