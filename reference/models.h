@@ -1,4 +1,9 @@
 // The registry of models: one line each. A file's own LOBE_MODEL enters its functions.
 #pragma once
 
+#include "models/core.h"
+#include "models/fresnel.h"
+#include "models/ggx.h"
 #include "models/lambert.h"
+#include "models/masking.h"
+#include "models/oren_nayar.h"

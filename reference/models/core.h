@@ -1,0 +1,53 @@
+// What several models share: the roughness scale, cosines of any float, and half-vector angles that do not cancel.
+#pragma once
+
+#include "../registry.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lobe {
+
+// The smallest cosine that terms divide by: 1 / (4 SMALLEST_COSINE^2) is still a float.
+constexpr double SMALLEST_COSINE = 0x1p-64;
+// Smaller microfacet widths are taken as this one, in D and in whole lobes. It is the float that a shader's 1e-4 is.
+constexpr double SMALLEST_ALPHA = 1e-4f;
+
+// Rounding puts a cosine beyond 1, a normal map below 0.
+inline double clamp_cosine(double c) { return std::clamp(c, 0.0, 1.0); }
+
+// tan^2 of the angle with this cosine, which may not be 0; factored, since 1 - c^2 cancels near c = 1.
+inline double tan2(double c) { return (1 - c) * (1 + c) / (c * c); }
+
+// Burley 2012, section 5.4: the width that makes an artist's roughness look uniform.
+inline double lobe_alpha(double roughness) { return roughness * roughness; }
+
+// With theta the angle between V and L, L.H = cos(theta/2). By the half-angle identities that is
+// sqrt((1 + cos theta)/2), and sin theta / (2 sin(theta/2)) = |V x L| / |V - L|, which does not cancel towards L = -V.
+inline double lobe_LdotH(Vec3 V, Vec3 L) {
+    const double cos_theta = V.dot(L);
+    if (cos_theta >= 0) return std::sqrt((1 + std::min(cos_theta, 1.0)) / 2);
+    return V.cross(L).length() / (V - L).length();
+}
+
+// V + L, whose length is 2 L.H. Sum and difference of unit vectors are orthogonal: where V and L nearly cancel, what
+// the sum has along the difference is the rounding of their lengths, and goes.
+inline Vec3 lobe_H(Vec3 V, Vec3 L) {
+    const Vec3 sum = V + L, difference = V - L;
+    if (V.dot(L) >= 0) return sum;
+    return sum - difference * (sum.dot(difference) / difference.length2());
+}
+
+// With delta the angle between N and H, the chords of the unit circle give |n - h| = 2 sin(delta/2) and
+// |n + h| = 2 cos(delta/2), hence sin^2 delta = |n - h|^2 |n + h|^2 / 4. H has any length; 0 for a null H.
+inline double lobe_sin2_NH(Vec3 N, Vec3 H) {
+    const Vec3 n = N.normalized(), h = H.normalized();
+    if (h == Vec3(0)) return 0;
+    return (n - h).length2() * (n + h).length2() / 4;
+}
+
+LOBE_MODEL(core, LOBE_FUNCTION(double, lobe_alpha, (double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_H, (Vec3 V, Vec3 L)),
+           LOBE_FUNCTION(double, lobe_LdotH, (Vec3 V, Vec3 L)), LOBE_FUNCTION(double, lobe_sin2_NH, (Vec3 N, Vec3 H)))
+
+}  // namespace lobe

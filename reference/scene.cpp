@@ -1,0 +1,265 @@
+#include "scene.h"
+
+#include "pixels.h"
+
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace lobe {
+namespace {
+
+// Shadow rays start this far above the surface, in units of the shape's largest coordinate: Embree's triangles are
+// rounded to 2^-24 of it, and its intersection adds a few roundings to that.
+constexpr double SHADOW_OFFSET = 0x1p-23;
+
+embree::Geometry new_geometry(RTCDevice device, RTCGeometryType type) {
+    return {rtcNewGeometry(device, type), &rtcReleaseGeometry};
+}
+
+void write(const Vec3& v, float* p) {
+    p[0] = static_cast<float>(v.x), p[1] = static_cast<float>(v.y), p[2] = static_cast<float>(v.z);
+}
+
+template <class Points> void set_vertices(RTCGeometry geometry, const Points& points) {
+    auto* p = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                          3 * sizeof(float), points.size()));
+    for (const Vec3& v : points) write(v, p), p += 3;
+}
+
+embree::Geometry geometry_of(RTCDevice device, const Mesh& mesh) {
+    auto geometry = new_geometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    set_vertices(geometry.get(), mesh.vertices);
+    auto* faces = static_cast<Mesh::Face*>(rtcSetNewGeometryBuffer(
+        geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(Mesh::Face), mesh.faces.size()));
+    std::copy(mesh.faces.begin(), mesh.faces.end(), faces);
+    return geometry;
+}
+
+embree::Geometry geometry_of(RTCDevice device, const Sphere& sphere) {
+    auto geometry = new_geometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    auto* p = static_cast<float*>(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4,
+                                                          4 * sizeof(float), 1));
+    write(sphere.center, p);
+    p[3] = static_cast<float>(sphere.radius);
+    return geometry;
+}
+
+embree::Geometry geometry_of(RTCDevice device, const Plane& plane) {
+    auto geometry = new_geometry(device, RTC_GEOMETRY_TYPE_QUAD);
+    set_vertices(geometry.get(), plane.corners());
+    auto* corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(std::uint32_t), 1));
+    for (std::uint32_t i = 0; i < 4; ++i) corners[i] = i;
+    return geometry;
+}
+
+RTCRay float_ray(const Vec3& origin, const Vec3& direction, double length) {
+    RTCRay ray;
+    ray.org_x = static_cast<float>(origin.x), ray.dir_x = static_cast<float>(direction.x);
+    ray.org_y = static_cast<float>(origin.y), ray.dir_y = static_cast<float>(direction.y);
+    ray.org_z = static_cast<float>(origin.z), ray.dir_z = static_cast<float>(direction.z);
+    ray.tnear = 0, ray.tfar = static_cast<float>(length);
+    ray.time = 0, ray.mask = ~0u, ray.id = 0, ray.flags = 0;
+    return ray;
+}
+
+RTCRayHit first_hit(RTCScene scene, const Ray& ray) {
+    RTCRayHit found;
+    found.ray = float_ray(ray.origin, ray.direction, std::numeric_limits<double>::infinity());
+    found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embree::intersect(scene, found);
+    return found;
+}
+
+// Embree marks an occluded ray by a tfar of minus infinity.
+bool reaches(RTCScene scene, RTCRay ray) {
+    embree::occluded(scene, ray);
+    return ray.tfar >= 0;
+}
+
+void store(const Vec3& v, std::vector<double>& image, std::size_t pixel) {
+    double* p = image.data() + 3 * pixel;
+    p[0] = v.x, p[1] = v.y, p[2] = v.z;
+}
+
+}  // namespace
+
+void set_threads(int count) {
+    using Limit = oneapi::tbb::global_control;
+    static std::unique_ptr<Limit> limit;
+    if (count < 0) throw std::invalid_argument("threads: expected a count of at least 0, got " + std::to_string(count));
+    limit.reset();
+    if (count > 0) limit = std::make_unique<Limit>(Limit::max_allowed_parallelism, count);
+}
+
+Scene::Scene()
+    : device_(rtcNewDevice(nullptr), &rtcReleaseDevice), scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+}
+
+template <class Shape> int Scene::add_shape(Shape shape, embree::Geometry geometry) {
+    const auto id = static_cast<unsigned>(objects_.size());
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometryByID(scene_.get(), geometry.get(), id);
+    rtcCommitScene(scene_.get());
+    if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
+        throw std::runtime_error("Embree could not build the scene");
+    const double offset = SHADOW_OFFSET * shape.largest_coordinate();
+    objects_.push_back({std::move(shape), offset, {}});
+    return static_cast<int>(id);
+}
+
+int Scene::add(Mesh mesh) {
+    auto geometry = geometry_of(device_.get(), mesh);
+    return add_shape(std::move(mesh), std::move(geometry));
+}
+int Scene::add(Sphere sphere) { return add_shape(sphere, geometry_of(device_.get(), sphere)); }
+int Scene::add(Plane plane) { return add_shape(plane, geometry_of(device_.get(), plane)); }
+
+void Scene::require(int id) const {
+    if (id < 0 || static_cast<std::size_t>(id) >= objects_.size())
+        throw std::invalid_argument("no object " + std::to_string(id) + "; the scene has " +
+                                    std::to_string(objects_.size()) + " (counted from 0)");
+}
+
+void Scene::set_material(int id, Material material) {
+    require(id);
+    objects_[id].material = std::move(material);
+}
+
+const Mesh& Scene::mesh(int id) const {
+    require(id);
+    if (const Mesh* mesh = std::get_if<Mesh>(&objects_[id].shape)) return *mesh;
+    throw std::invalid_argument("object " + std::to_string(id) + " is not a mesh");
+}
+
+std::optional<Scene::Found> Scene::find(const Ray& ray) const {
+    const RTCHit hit = first_hit(scene_.get(), ray).hit;
+    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const Hit where{hit.primID, hit.u, hit.v};
+    const auto surface = [&](const auto& shape) { return shape.surface(ray, where); };
+    return Found{static_cast<int>(hit.geomID), hit.primID, std::visit(surface, objects_[hit.geomID].shape)};
+}
+
+bool Scene::visible(const Found& found, const Incidence& light) const {
+    const Surface& s = found.surface;
+    const double offset = objects_[found.object].offset;
+    const Vec3 origin = s.position + s.facing * std::copysign(offset, s.facing.dot(light.L));
+    return reaches(scene_.get(), float_ray(origin, light.L, light.distance));
+}
+
+Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {
+    const double cosine = found.surface.N.dot(light.L);
+    if (!(cosine > 0) || (shadows && !visible(found, light))) return Vec3(0);
+    return light.irradiance * cosine;
+}
+
+Vec3 Scene::radiance(const Ray& ray, bool shadows, std::vector<Material>& materials) const {
+    Vec3 sum(0);
+    const auto found = find(ray);
+    if (!found) return sum;
+    const Surface& s = found->surface;
+    for (Lobe& lobe : materials[found->object]) lobe.turn(s.N, s.T, -ray.direction);
+    for (const Light& light : lights_) {
+        const Incidence incidence = light.at(s.position);
+        const Vec3 E = irradiance(*found, incidence, shadows);
+        if (E == Vec3(0)) continue;
+        for (Lobe& lobe : materials[found->object]) sum += lobe(incidence.L) * E;
+    }
+    return sum;
+}
+
+Trace Scene::trace(const Camera& camera, int width, int height, bool shadows) const {
+    const std::size_t pixels = static_cast<std::size_t>(width) * height;
+    Trace t;
+    for (auto* image : {&t.N, &t.T, &t.V, &t.position}) image->resize(3 * pixels);
+    for (auto* image : {&t.L, &t.E}) image->resize(lights_.size() * 3 * pixels);
+    t.uv.resize(2 * pixels);
+    t.depth.assign(pixels, std::numeric_limits<double>::infinity());
+    t.object.assign(pixels, -1);
+    t.primitive.assign(pixels, -1);
+
+    const View view = camera.view(width, height);
+    const auto trace_pixel = [&](int x, int y) {
+        const Ray ray = view.ray(x + 0.5, y + 0.5);
+        const auto found = find(ray);
+        if (!found) return;
+        const Surface& s = found->surface;
+        const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+        store(s.N, t.N, pixel);
+        store(s.T, t.T, pixel);
+        store(-ray.direction, t.V, pixel);
+        store(s.position, t.position, pixel);
+        t.uv[2 * pixel] = s.uv.x, t.uv[2 * pixel + 1] = s.uv.y;
+        t.depth[pixel] = (s.position - ray.origin).dot(ray.direction);
+        t.object[pixel] = found->object;
+        t.primitive[pixel] = static_cast<std::int32_t>(found->primitive);
+        for (std::size_t i = 0; i < lights_.size(); ++i) {
+            const Incidence light = lights_[i].at(s.position);
+            store(light.L, t.L, i * pixels + pixel);
+            store(irradiance(*found, light, shadows), t.E, i * pixels + pixel);
+        }
+    };
+    for_tiles(width, height, [&](const Tile& tile) {
+        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
+            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) trace_pixel(x, y);
+    });
+    return t;
+}
+
+std::vector<double> Scene::beauty(const Camera& camera, int width, int height, int samples, std::uint64_t seed,
+                                  bool shadows) const {
+    std::vector<double> image(static_cast<std::size_t>(width) * height * 3);
+    const View view = camera.view(width, height);
+    const auto render_pixel = [&](int x, int y, std::vector<Material>& materials) {
+        const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+        PixelSamples positions(pixel, samples, seed);
+        Vec3 sum(0);
+        for (int i = 0; i < samples; ++i) {
+            const Vec2 p = positions.next();
+            sum += radiance(view.ray(x + p.x, y + p.y), shadows, materials);
+        }
+        store(sum / samples, image, pixel);
+    };
+    for_tiles(width, height, [&](const Tile& tile) {
+        std::vector<Material> materials;  // of this tile alone, since lobes keep their vectors among their arguments
+        for (const Object& o : objects_) materials.push_back(o.material);
+        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
+            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) render_pixel(x, y, materials);
+    });
+    return image;
+}
+
+RayCount Scene::bare_loop(const Camera& camera, int width, int height, int samples) const {
+    if (lights_.empty() || !lights_.front().at_infinity)
+        throw std::invalid_argument("bare_loop: expected a directional light as the first one");
+    std::atomic<std::size_t> shadow_rays = 0;
+    const View view = camera.view(width, height);
+    for_tiles(width, height, [&](const Tile& tile) {
+        std::size_t hits = 0;
+        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
+            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
+                PixelSamples positions(static_cast<std::size_t>(y) * width + x, samples, 0);
+                for (int i = 0; i < samples; ++i) {
+                    const Vec2 p = positions.next();
+                    const Ray ray = view.ray(x + p.x, y + p.y);
+                    const RTCRayHit found = first_hit(scene_.get(), ray);
+                    if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+                    const double distance = found.ray.tfar * (1 - SHADOW_OFFSET);
+                    reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights_.front().place,
+                                                    std::numeric_limits<double>::infinity()));
+                    ++hits;
+                }
+            }
+        shadow_rays += hits;
+    });
+    return {static_cast<std::size_t>(width) * height * samples, shadow_rays};
+}
+
+}  // namespace lobe

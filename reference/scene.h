@@ -1,0 +1,85 @@
+// Ray tracer of the reference: shapes, lights and materials in, per-pixel geometry or radiance out.
+#pragma once
+
+#include "embree.h"
+#include "light.h"
+#include "material.h"
+#include "shape.h"
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace lobe {
+
+// Threads that everything in the reference uses from now on; 0 is as many as there are cores.
+void set_threads(int count);
+
+// What the camera sees through the pixel centres. Images are row by row from the top, all 0 where nothing is hit,
+// except that depth is infinite and object and primitive are -1 there.
+struct Trace {
+    std::vector<double> N, T, V, position;  // [h, w, 3]; unit vectors, V towards the eye, N as the surface has it
+    std::vector<double> uv;                 // [h, w, 2]
+    std::vector<double> depth;              // [h, w], distance along the ray
+    std::vector<std::int32_t> object, primitive;  // [h, w]
+    std::vector<double> L;                  // [lights, h, w, 3], unit, towards the light
+    std::vector<double> E;                  // [lights, h, w, 3], irradiance: visibility and max(N.L, 0) included
+};
+
+struct RayCount {
+    std::size_t primary, shadow;
+};
+
+class Scene {
+public:
+    Scene();
+
+    // Each returns the id of the object, counted from 0. A new object is black until set_material.
+    int add(Mesh mesh);
+    int add(Sphere sphere);
+    int add(Plane plane);
+    void add(const Light& light) { lights_.push_back(light); }
+    // The functions that take an id throw std::invalid_argument where no object (or no mesh) has it.
+    void set_material(int id, Material material);
+    const Mesh& mesh(int id) const;
+    std::size_t lights() const { return lights_.size(); }
+
+    // Images of width x height pixels, both at least 1.
+    Trace trace(const Camera& camera, int width, int height, bool shadows = true) const;
+    // Sum over lobes and lights of f E, [h, w, 3], linear RGB, background 0: the mean over `samples` positions of each
+    // pixel; the pixel centre where there is one sample, else an R2 sequence that is shifted from pixel to pixel.
+    // The number of threads does not change a bit of it.
+    std::vector<double> beauty(const Camera& camera, int width, int height, int samples = 1, std::uint64_t seed = 0,
+                               bool shadows = true) const;
+    // The yardstick of benchmarks: nothing but the Embree calls of beauty() with one directional light, so that the
+    // difference in time is what the double precision and the lobes cost. Returns the rays traced; throws
+    // std::invalid_argument where the first light is not directional.
+    RayCount bare_loop(const Camera& camera, int width, int height, int samples) const;
+
+private:
+    struct Object {
+        std::variant<Mesh, Sphere, Plane> shape;
+        double offset;  // by which shadow rays start above the surface
+        Material material;
+    };
+    struct Found {
+        int object;
+        std::uint32_t primitive;
+        Surface surface;
+    };
+
+    template <class Shape> int add_shape(Shape shape, embree::Geometry geometry);
+    void require(int id) const;
+    std::optional<Found> find(const Ray& ray) const;
+    bool visible(const Found& found, const Incidence& light) const;
+    Vec3 irradiance(const Found& found, const Incidence& light, bool shadows) const;
+    Vec3 radiance(const Ray& ray, bool shadows, std::vector<Material>& materials) const;
+
+    embree::Device device_;
+    embree::Scene scene_;
+    std::vector<Object> objects_;
+    std::vector<Light> lights_;
+};
+
+}  // namespace lobe
