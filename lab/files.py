@@ -1,0 +1,153 @@
+"""Files that the bench reads and writes. A file is written beside its place and renamed, so that none is ever half."""
+
+import contextlib
+import json
+import math
+import os
+import secrets
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .errors import InputError
+
+
+def read_bytes(path):
+    """The content of a file that the user named. InputError where there is none, or nothing in it."""
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, expected a file; name a file in it") from None
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; check the path") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    if not content:
+        raise InputError(f"{path}: is empty; export or download it again")
+    return content
+
+
+def output_folder(path):
+    """Makes the folder, with its parents, and returns its Path. InputError where nothing can be written into it."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=path).close()
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot write into this folder ({error.strerror}); choose another, or change its permissions"
+        ) from None
+    return path
+
+
+@contextlib.contextmanager
+def written_beside(path):
+    """
+    Yields the path of a new file in the folder of `path`, which takes the place of `path` if the block succeeds.
+    Otherwise it is removed, and `path` is as it was. An OSError in the block becomes an InputError.
+    """
+    with contextlib.ExitStack() as cleanup:
+        try:
+            if Path(path).exists() and not Path(path).is_file():
+                raise InputError(f"{path}: exists and is not a regular file; choose another name for the output")
+            target = Path(path).resolve()  # a symbolic link keeps pointing at what is written
+            output_folder(target.parent)
+            temporary = target.with_name(f".{secrets.token_hex(8)}{target.suffix}")
+            cleanup.callback(temporary.unlink, missing_ok=True)
+            yield temporary
+            os.replace(temporary, target)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
+
+
+def write_text(path, text):
+    """Writes the text in UTF-8."""
+    with written_beside(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path, value):
+    """
+    Writes dicts, lists, strings, numbers and NumPy values as JSON; the path `-` is stdout.
+    JSON has no NaN and no infinity: they become null.
+    """
+    text = json.dumps(_plain(value), indent=1, allow_nan=False) + "\n"
+    if str(path) == "-":
+        sys.stdout.write(text)
+    else:
+        write_text(path, text)
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def write_exr(path, channels):
+    """
+    Writes named images of one size as the layers of an OpenEXR file, losslessly compressed.
+
+    channels  name -> array [h,w], [h,w,3] or [h,w,4]; floats are stored as float32, integers and truth values as
+              uint32. The name "RGB" is the picture that viewers show; a vector N becomes the channels N.R, N.G, N.B.
+    """
+    import OpenEXR
+
+    layers = {
+        name: np.ascontiguousarray(pixels, np.float32 if np.asarray(pixels).dtype.kind == "f" else np.uint32)
+        for name, pixels in channels.items()
+    }
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with written_beside(path) as temporary:
+        OpenEXR.File(header, layers).write(str(temporary))
+
+
+def read_exr(path):
+    """
+    The layers of the first part of an OpenEXR file, as write_exr names them: name -> array [h,w], [h,w,3] or [h,w,4].
+    InputError where the file is none, truncated or damaged.
+    """
+    import OpenEXR
+
+    if not read_bytes(path).startswith(b"\x76\x2f\x31\x01"):
+        raise InputError(f"{path}: is not an OpenEXR file; expected an .exr image")
+    try:
+        with _silenced():
+            channels = OpenEXR.File(str(path)).channels()
+    except (RuntimeError, ValueError):
+        raise InputError(f"{path}: is a truncated or damaged OpenEXR file; export or download it again") from None
+    return {name: channel.pixels for name, channel in channels.items()}
+
+
+@contextlib.contextmanager
+def _silenced():
+    """Keeps the warnings of OpenEXR off the screen: those that it prints through Python, and those of its C library."""
+    sys.stderr.flush()
+    stderr = os.dup(2)
+    with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
+        os.dup2(nowhere.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+
+
+def write_png(path, rgb):
+    """Writes display-encoded colours [h,w,3]: uint8, or floats, of which 0..1 is shown."""
+    from PIL import Image
+
+    rgb = np.asarray(rgb)
+    if rgb.dtype != np.uint8:
+        rgb = np.rint(np.clip(rgb, 0, 1) * 255).astype(np.uint8)
+    with written_beside(path) as temporary:
+        Image.fromarray(np.ascontiguousarray(rgb)).save(temporary, format="PNG")

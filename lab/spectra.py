@@ -1,0 +1,103 @@
+"""Metals from measured spectra: complex index of refraction -> reflectance at normal incidence in linear sRGB."""
+
+import csv
+import functools
+
+import numpy as np
+
+from .errors import InputError
+from .files import read_bytes
+from .paths import DATA
+
+VISIBLE_UM = (0.38, 0.78)
+METALS = {"aluminium": "Al_McPeak.csv", "gold": "Au_Johnson.csv"}
+_COLUMNS = ("wavelength_um", "n", "k")
+
+
+def read_nk(path):
+    """
+    Reads a table with the columns wavelength_um, n, k (index of refraction n + ik), in any order, others ignored.
+
+    Returns three float64 arrays of one length: wavelength [um], rising; n; k. InputError unless there are at least two
+    rows of finite numbers, n and k are not negative, and the wavelengths rise and cover VISIBLE_UM.
+    """
+    text = read_bytes(path).decode("utf-8-sig", errors="replace")
+    try:
+        reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
+        columns = [name.strip() for name in reader.fieldnames or ()]
+        missing = [name for name in _COLUMNS if name not in columns]
+        if missing:
+            raise InputError(
+                f"{path}: line 1: no column {', '.join(missing)}; expected the header {','.join(_COLUMNS)}"
+            )
+        reader.fieldnames = columns
+        rows, lines = [], []
+        for row in reader:
+            rows.append(_numbers(row, f"{path}: line {reader.line_num}"))
+            lines.append(reader.line_num)
+    except csv.Error as error:
+        raise InputError(f"{path}: is not a CSV table ({error}); expected the header {','.join(_COLUMNS)}") from None
+    if len(rows) < 2:
+        raise InputError(f"{path}: {len(rows)} rows of numbers, expected at least 2, from 0.38 to 0.78 um")
+    for before, row, line in zip(rows, rows[1:], lines[1:]):
+        if not before[0] < row[0]:
+            raise InputError(f"{path}: line {line}: wavelength {row[0]:g} um after {before[0]:g} um, expected "
+                             "rising wavelengths; sort the rows and remove repeated ones")
+    wavelength, n, k = np.array(rows).T
+    if wavelength[0] > VISIBLE_UM[0] or wavelength[-1] < VISIBLE_UM[1]:
+        raise InputError(f"{path}: covers {wavelength[0]:g} to {wavelength[-1]:g} um, expected at least "
+                         "0.38 to 0.78 um; add the missing wavelengths, in micrometres")
+    return wavelength, n, k
+
+
+def _numbers(row, where):
+    """The three numbers of a row of the table."""
+    try:
+        values = [float(row[name]) for name in _COLUMNS]
+    except (TypeError, ValueError):
+        found = ",".join(str(row[name] or "") for name in _COLUMNS)
+        raise InputError(f"{where}: {found!r}, expected three numbers {','.join(_COLUMNS)}") from None
+    if not np.isfinite(values).all() or min(values) < 0:
+        raise InputError(f"{where}: {values[0]:g},{values[1]:g},{values[2]:g}, expected {','.join(_COLUMNS)} "
+                         "that are finite and not negative")
+    return values
+
+
+def reflectance(n, k):
+    """Reflectance at normal incidence of a surface in vacuum, |(1 - n + ik) / (1 + n - ik)|^2: Fresnel, 0..1."""
+    return ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+
+
+def f0_linear_srgb(source):
+    """
+    Linear sRGB of the reflectance at normal incidence under illuminant D65, for the CIE 1931 2 degree observer.
+
+    source  path of a table for read_nk, or its result (wavelength [um], n, k)
+    Returns float64 [3]; a perfect mirror has (1, 1, 1). Colours outside the gamut keep components below 0 or above 1.
+
+    n and k, which vary slowly, are interpolated linearly to 1 nm; so is D65, as CIE 15 defines it between its 5 nm.
+    """
+    import colour  # takes 0.8 s, so only who needs it waits
+
+    wavelength, n, k = source if isinstance(source, tuple) else read_nk(source)
+    grid = np.arange(380.0, 781.0)
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    light = colour.SDS_ILLUMINANTS["D65"]
+    seen = np.interp(grid, light.wavelengths, light.values) * [
+        np.interp(grid, observer.wavelengths, curve) for curve in observer.values.T
+    ]
+    mirror = reflectance(*(np.interp(grid / 1000, wavelength, values) for values in (n, k)))
+    to_rgb = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB
+    return to_rgb @ (seen @ mirror) / (to_rgb @ seen.sum(axis=1))
+
+
+@functools.cache
+def _metal_f0(name):
+    return tuple(f0_linear_srgb(DATA / "ior" / METALS[name]))
+
+
+def metal_f0(name):
+    """Linear sRGB of a metal of METALS at normal incidence, float64 [3]."""
+    if name not in METALS:
+        raise InputError(f"unknown metal {name!r}; known: {', '.join(METALS)}")
+    return np.array(_metal_f0(name))
