@@ -1,26 +1,29 @@
 // The ground that every lobe stands on: constants, the roughness convention, half-vector helpers, and one policy.
 // needs  nothing
 //
-// CONVENTION. A lobe returns f in 1/sr: 1/pi is in, the cosine is out. N V L H point away from the surface, and all but H
-// are unit vectors, as exact as float32 holds them; H may be V + L as it is, of any length. Colours are linear RGB.
+// CONVENTION. A lobe returns f in 1/sr: 1/pi is in, the cosine is out. N V L H point away from the surface and are
+// unit vectors, but for an H that a header allows any length. Colours are linear RGB.
 //     color += lobe_GGX(N, V, L, f0, alpha) * light * max(dot(N, L), 0.0);
-// ESSL has no default float precision in fragment shaders: write `precision highp float;` before this file. mediump is
-// not enough for directions, whatever the formula.
+// ESSL has no default float precision in fragment shaders: write `precision highp float;` before this file. mediump
+// does not do for directions, whatever the formula.
 //
 // POLICY. One for all files.
-// * Domain. The ranges of the param lines; unit directions; cosines in 0..1. There each function keeps its tolerance,
+// * Domain: the ranges of the param lines, unit directions, cosines in 0..1. There each function keeps its tolerance
 //   |got - exact| <= units 2^-24 (1 + kappa) |exact|, with kappa the condition number of the function at its inputs.
-// * Finite everywhere. Every finite input, in the domain or not, gives a finite result that is not negative; a vector
-//   counts as finite up to a length of 1e9, whose powers float32 still holds. NaN and Inf carry no promise. The guards
-//   are on inputs, since a compiler may assume that no NaN exists and delete a repair that comes after the fact.
+//   The exact value is that of the directions brought to unit length, which float32 can only nearly give them.
+// * Finite everywhere: every finite input, in the domain or not, gives a finite result that is not negative. Vectors
+//   may be up to 1e8 long, so that their powers stay finite. NaN and Inf carry no promise. The guards are on inputs,
+//   since a compiler may assume that NaN does not exist and delete a repair that comes after it.
 // * alpha is floored at 1e-4 in D and in whole lobes, not in G and V, which have a limit at 0. Above 1000 it is cut.
-// * Horizon. A reflection lobe is 0 unless NdotV > 0 and NdotL > 0. Terms (D G V F) have no horizon rule: G and V take a
-//   negative cosine for 0, D is even in it.
-// * Colours. Whole lobes clamp f0 and albedo to 0..1. Terms do not: gold's red is 1.022. They take a negative one for 0.
-// * V = -L: no half vector exists. A lobe is 0, since one of the two is below the horizon; LdotH and |N x H|^2 are 0.
-// * V = N, L = N, N.H = 1 + 1 ulp: ordinary inputs, nothing is divided by a sine.
+// * Horizon: a reflection lobe is 0 unless NdotV > 0 and NdotL > 0. Terms (D G V F) have no horizon rule: G, V and F
+//   take a negative cosine for 0, D is even in NdotH.
+// * Colours: whole lobes clamp f0 and albedo to 0..1. Terms take a negative f0 for 0 and leave one above 1 alone:
+//   gold's red is 1.022.
+// * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and
+//   |N x H|^2, and D of a null H.
+// * V = N, L = N, N.H = 1 + 1 ulp: ordinary inputs, since nothing is divided by a sine.
 // * eta = 1: F = 0 and T = 1 at every angle, grazing included, since there is no interface.
-// * f0 >= 1 has no index of refraction: lobe_eta takes it for 1 - 2^-24.
+// * f0 >= 1 belongs to no eta: lobe_eta takes it for 1 - 2^-24.
 #ifndef LOBE_CORE_GLSL
 #define LOBE_CORE_GLSL
 
@@ -39,17 +42,6 @@ const float LOBE_SMALLEST_DIVISOR = 1e-30;  // leaves room for D below the large
 float lobe_alpha(float roughness) {
     float r = clamp(roughness, 0.0, 1.0);
     return r * r;
-}
-
-// Half vector, not normalised: of length 2 LdotH, and 0 for V = -L.
-//   H = V + L
-// units   8
-// source  the law of reflection
-// Why this form: float32 directions are 1e-7 too long or too short. Where V + L is short, at grazing, that turns the sum by
-// more than a narrow lobe is wide. Unit V and L have (V + L).(V - L) = 0; what is left of it brings both to one length.
-vec3 lobe_H(vec3 V, vec3 L) {
-    vec3 H = V + L, D = V - L;
-    return H - 0.25 * dot(H, D) * D;
 }
 
 // Cosine between either direction and the half vector between them.

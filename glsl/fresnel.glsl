@@ -22,7 +22,7 @@ float lobe_f0(float eta) {
 // param  f0  float  0..1  0.04  reflectance at normal incidence; 1 is taken for 1 - 2^-24
 // units   8
 // source  Fresnel 1823, at normal incidence
-// Why this form: (1 + sqrt(f0))^2 / (1 - f0), since 1 - f0 is exact near 1 and 1 - sqrt(f0) is not.
+// Why this form: of (1 + sqrt(f0))^2 / (1 - f0) the divisor is exact near 1, and 1 - sqrt(f0) is not.
 float lobe_eta(float f0) {
     float r2 = clamp(f0, 0.0, 0.99999994);
     float s = 1.0 + sqrt(r2);
@@ -72,11 +72,11 @@ float lobe_T_dielectric(float cosI, float eta) {
 //   F = (r_s^2 + r_p^2) / 2
 //   m = (eta - 1)(eta + 1), g = eta cosT = sqrt(m + cosI^2)
 //   r_s = m / (cosI + g)^2, r_p = m (eta^2 cosI^2 - sinI^2) / (eta^2 cosI + g)^2
-// param  eta  float  0.4..4  1.5  index of refraction beyond the surface over the one on cosI's side
+// param  eta  float  0.4..10  1.5  index of refraction beyond the surface over the one on cosI's side
 // units   8
 // source  Fresnel 1823; Walter et al. 2007, eq. 22
-// Why this form: g - cosI cancels as eta nears 1, and (g - cosI)(g + cosI) = m replaces it. Where most light is
-// reflected, the squares add up more roundings than 1 - T.
+// Why this form: g - cosI cancels as eta nears 1, and (g - cosI)(g + cosI) = m replaces it. Where much is reflected,
+// 1 - T has fewer roundings.
 float lobe_F_dielectric(float cosI, float eta) {
     float T = lobe_T_dielectric(cosI, eta);
     if (T < 0.6) return 1.0 - T;
@@ -120,7 +120,8 @@ float lobe_F_Schlick(float cosI, float f0) {
 // param  f90  color  0..1  1.0  reflectance at grazing incidence, linear RGB
 // units   8
 // source  Schlick 1994, eq. 15
-// Why this form: 1 - (1 - c)^5 = c (1 + u + u^2 + u^3 + u^4) keeps its digits at grazing, where f90 = 0 leaves nothing else.
+// Why this form: 1 - u^5 = c (1 + u + u^2 + u^3 + u^4), with u = 1 - c, keeps its digits at grazing, where an f90 of 0
+// leaves nothing else.
 vec3 lobe_F_Schlick(float cosI, vec3 f0, vec3 f90) {
     float c = clamp(cosI, 0.0, 1.0);
     float u = 1.0 - c;

@@ -15,8 +15,8 @@
 // energy      no, 1.0152 at sigma = 0.2, at grazing
 // units       8
 // source      Oren, Nayar 1994, eq. 30
-// Why this form: cos dphi sin a tan b = (LdotV - NdotL NdotV) / max(NdotL, NdotV) needs neither angles nor the projected
-// directions, which have no length at V = N.
+// Why this form: cos dphi sin a tan b = (LdotV - NdotL NdotV) / max(NdotL, NdotV) needs no angles and no projected
+// directions, which vanish at V = N.
 vec3 lobe_OrenNayar_qualitative(vec3 N, vec3 V, vec3 L, vec3 albedo, float sigma) {
     float NdotV = dot(N, V), NdotL = dot(N, L);
     if (min(NdotV, NdotL) <= 0.0) return vec3(0.0);

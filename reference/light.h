@@ -3,6 +3,7 @@
 
 #include "registry.h"
 
+#include <cmath>
 #include <limits>
 
 namespace lobe {

@@ -17,9 +17,7 @@ public:
     // Throws std::invalid_argument, naming what is known, where the key or a parameter is unknown or one is missing.
     Lobe(const std::string& key, const Parameters& parameters);
 
-    void turn(const Vec3& N, const Vec3& T, const Vec3& V) {
-        write(N, N_), write(T, T_), write(V, V_);
-    }
+    void turn(const Vec3& N, const Vec3& T, const Vec3& V) { write(N, N_), write(T, T_), write(V, V_); }
     // f in 1/sr towards V for light from L; a lobe of one float is grey.
     Vec3 operator()(const Vec3& L) {
         write(L, L_);
@@ -36,8 +34,8 @@ private:
 
     void (*call_)(const double*, double*);
     bool grey_;
-    std::vector<double> arguments_;   // and behind them room for the vectors that the lobe does not take
-    std::size_t N_, T_, V_, L_;       // where they are written
+    std::vector<double> arguments_;  // and behind them room for the vectors that the lobe does not take
+    std::size_t N_, T_, V_, L_;      // where they are written
 };
 
 using Material = std::vector<Lobe>;

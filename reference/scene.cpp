@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -15,7 +17,7 @@ namespace {
 
 // Shadow rays start this far above the surface, in units of the shape's largest coordinate: Embree's triangles are
 // rounded to 2^-24 of it, and its intersection adds a few roundings to that.
-constexpr double SHADOW_OFFSET = 0x1p-23;
+constexpr double SHADOW_OFFSET = 0x1p-20;
 
 embree::Geometry new_geometry(RTCDevice device, RTCGeometryType type) {
     return {rtcNewGeometry(device, type), &rtcReleaseGeometry};
@@ -251,6 +253,7 @@ RayCount Scene::bare_loop(const Camera& camera, int width, int height, int sampl
                     const Ray ray = view.ray(x + p.x, y + p.y);
                     const RTCRayHit found = first_hit(scene_.get(), ray);
                     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+                    if (Vec3(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z).dot(lights_.front().place) <= 0) continue;
                     const double distance = found.ray.tfar * (1 - SHADOW_OFFSET);
                     reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights_.front().place,
                                                     std::numeric_limits<double>::infinity()));

@@ -13,18 +13,19 @@
 
 namespace lobe {
 
-// Threads that everything in the reference uses from now on; 0 is as many as there are cores.
+// Threads that everything in the reference uses from now on; 0 is as many as there are cores. Throws
+// std::invalid_argument where count is negative.
 void set_threads(int count);
 
 // What the camera sees through the pixel centres. Images are row by row from the top, all 0 where nothing is hit,
 // except that depth is infinite and object and primitive are -1 there.
 struct Trace {
-    std::vector<double> N, T, V, position;  // [h, w, 3]; unit vectors, V towards the eye, N as the surface has it
-    std::vector<double> uv;                 // [h, w, 2]
-    std::vector<double> depth;              // [h, w], distance along the ray
+    std::vector<double> N, T, V, position;        // [h, w, 3]; unit vectors, V towards the eye, N not flipped to it
+    std::vector<double> uv;                       // [h, w, 2]
+    std::vector<double> depth;                    // [h, w], distance along the ray
     std::vector<std::int32_t> object, primitive;  // [h, w]
-    std::vector<double> L;                  // [lights, h, w, 3], unit, towards the light
-    std::vector<double> E;                  // [lights, h, w, 3], irradiance: visibility and max(N.L, 0) included
+    std::vector<double> L;                        // [lights, h, w, 3], unit, towards the light
+    std::vector<double> E;                        // [lights, h, w, 3], irradiance x visibility x max(N.L, 0)
 };
 
 struct RayCount {

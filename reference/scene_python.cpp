@@ -224,7 +224,7 @@ void bind_scene(nb::module_& m) {
         }, "direction_towards_light"_a, "irradiance_rgb"_a, "irradiance_rgb: on a surface that faces the light.")
         .def("add_point_light", [](Scene& scene, nb::handle position, nb::handle rgb) {
             scene.add(Light{false, vector(position, "position"), colour(rgb, "intensity_rgb")});
-        }, "position"_a, "intensity_rgb"_a, "intensity_rgb: irradiance at distance 1, on a surface that faces the light.")
+        }, "position"_a, "intensity_rgb"_a, "intensity_rgb: irradiance at distance 1, facing the light.")
         .def("normals", [](const Scene& s, int id) { return vectors_of(s.mesh(id).normals); }, "id"_a,
              "Unit normals of a mesh as the tracer uses them, [v,3].")
         .def("tangents", [](const Scene& s, int id) { return vectors_of(s.mesh(id).tangents); }, "id"_a,

@@ -11,8 +11,8 @@ namespace lobe {
 
 struct Surface {
     Vec3 position;
-    Vec3 N;  // unit shading normal, not flipped towards the ray
-    Vec3 T;  // unit, orthogonal to N
+    Vec3 N;       // unit shading normal, not flipped towards the ray
+    Vec3 T;       // unit, orthogonal to N
     Vec3 facing;  // unit normal of the flat primitive
     Vec2 uv;
 };
@@ -38,8 +38,8 @@ struct Mesh {
     std::vector<Vec3> tangents;  // one a vertex, unit, orthogonal to the normal
     std::vector<Vec2> uv;        // one a vertex, or empty
 
-    // Empty arrays are missing ones. Missing normals are the faces' normals, weighted with area and with the angle at the
-    // vertex; missing tangents follow u where there is uv (same weights), else they run around the y axis.
+    // Empty arrays are missing ones. Missing normals are the faces' normals, weighted with area and with the angle at
+    // the vertex; missing tangents follow u where there is uv (same weights), else they run around the y axis.
     // Throws std::invalid_argument where a face names a vertex that is not there.
     Mesh(std::vector<Vec3> vertices, std::vector<Face> faces, std::vector<Vec3> normals = {}, std::vector<Vec2> uv = {},
          std::vector<Vec3> tangents = {});

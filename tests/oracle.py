@@ -240,7 +240,6 @@ def OrenNayar_qualitative(N, V, L, albedo, sigma):
 
 ORACLE = {
     "lobe_alpha(float)": alpha_of_roughness,
-    "lobe_H(vec3,vec3)": lambda V, L: [v + l for v, l in zip(unit(V), unit(L))],
     "lobe_LdotH(vec3,vec3)": LdotH,
     "lobe_sin2_NH(vec3,vec3)": sin2_NH,
     "lobe_Lambert(vec3,vec3,vec3,vec3)": Lambert,

@@ -8,7 +8,7 @@ import random
 
 import numpy as np
 
-DIRECTIONS = ("lobe_H", "lobe_reflect", "lobe_refract", "lobe_sample_GGX")  # functions whose result has either sign
+DIRECTIONS = ("lobe_reflect", "lobe_refract", "lobe_sample_GGX")  # functions whose result has either sign
 
 
 COSINE_SPECIALS = (0.0, 1.0, 0.5)

@@ -32,7 +32,7 @@ inline double lobe_LdotH(Vec3 V, Vec3 L) {
 
 // V + L, whose length is 2 L.H. Sum and difference of unit vectors are orthogonal: where V and L nearly cancel, what
 // the sum has along the difference is the rounding of their lengths, and goes.
-inline Vec3 lobe_H(Vec3 V, Vec3 L) {
+inline Vec3 half_vector(Vec3 V, Vec3 L) {
     const Vec3 sum = V + L, difference = V - L;
     if (V.dot(L) >= 0) return sum;
     return sum - difference * (sum.dot(difference) / difference.length2());
@@ -47,7 +47,6 @@ inline double lobe_sin2_NH(Vec3 N, Vec3 H) {
 }
 
 LOBE_MODEL(core, LOBE_FUNCTION(double, lobe_alpha, (double roughness)),
-           LOBE_FUNCTION(Vec3, lobe_H, (Vec3 V, Vec3 L)),
            LOBE_FUNCTION(double, lobe_LdotH, (Vec3 V, Vec3 L)), LOBE_FUNCTION(double, lobe_sin2_NH, (Vec3 N, Vec3 H)))
 
 }  // namespace lobe

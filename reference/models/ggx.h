@@ -56,14 +56,14 @@ inline Vec3 lobe_GGX(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     const double NdotV = N.dot(V), NdotL = N.dot(L);
     if (!(NdotV > 0 && NdotL > 0)) return Vec3(0);
     const double width = std::max(alpha, SMALLEST_ALPHA);
-    const double D = lobe_D_GGX(N, lobe_H(V, L), width);
+    const double D = lobe_D_GGX(N, half_vector(V, L), width);
     return half_angle_F_Schlick(V, L, f0) * (D * lobe_V_GGX(NdotV, NdotL, width));
 }
 
 // The same with Kelemen's masking, which does not know alpha.
 inline Vec3 lobe_GGX_Kelemen(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     if (!(N.dot(V) > 0 && N.dot(L) > 0)) return Vec3(0);
-    const double D = lobe_D_GGX(N, lobe_H(V, L), alpha);
+    const double D = lobe_D_GGX(N, half_vector(V, L), alpha);
     return half_angle_F_Schlick(V, L, f0) * (D * lobe_V_Kelemen(V, L));
 }
 

@@ -1,0 +1,139 @@
+"""The command line: `lobe`, or `./lobe` in a checkout. stdout carries only the result, stderr set-up and progress."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from .errors import InputError
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+                  help="Reflectance lobes for GLSL, and the bench that proves them.")
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for what is drawn.")]
+Json = Annotated[Optional[str], typer.Option("--json", metavar="FILE", help="Write the results as JSON; - is stdout.")]
+Size = Annotated[int, typer.Option("--size", min=8, max=4096, help="Width and height of the pictures, pixels.")]
+Settings = Annotated[list[str], typer.Option("--set", metavar="NAME=VALUE", help="Fix a parameter, e.g. alpha=0.05.")]
+Mesh = Annotated[Optional[Path], typer.Option("--mesh", help="Your own mesh (OBJ, PLY, STL, glTF) as the object.")]
+Metal = Annotated[Optional[Path], typer.Option("--metal", metavar="CSV",
+                                               help="Take f0 from measured n,k: wavelength_um,n,k.")]
+
+
+@app.command()
+def compare(
+    functions: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,
+    scene: Annotated[list[str], typer.Option("--scene", help="Only this scene (repeatable).")] = None,
+    mode: Annotated[list[str], typer.Option("--mode", help="points, shading or frame (repeatable).")] = None,
+    context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
+    size: Size = 256,
+    points: Annotated[int, typer.Option("--points", min=16, max=1 << 22, help="Inputs a function in mode points.")] = 1 << 16,
+    settings: Settings = None,
+    mesh: Mesh = None,
+    metal: Metal = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Sphere and teapot under two lights, small.")] = False,
+    glsl: Annotated[list[Path], typer.Option("--glsl", help="Your shader's file(s), to compare `--call` in it.")] = None,
+    call: Annotated[Optional[str], typer.Option("--call", help="Call of your function in our parameter names, "
+                                                "e.g. 'myGGX(N, V, L, f0, alpha)'.")] = None,
+    against: Annotated[Optional[str], typer.Option("--against", help="Our function that yours should equal.")] = None,
+    units: Annotated[Optional[int], typer.Option("--units", min=1, help="Units of error that your function is allowed; "
+                                                 "as many as ours where not given.")] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Write shader, reference and difference of every picture as "
+                                       "OpenEXR, not only of failures.")] = False,
+    out: Out = Path("out"),
+    json: Json = None,
+):
+    """Compare shaders with the reference, pixel by pixel, and write a report."""
+    from . import commands
+
+    commands.compare(functions or [], scene or [], mode or [], context, size, points, settings or [], mesh, metal, quick,
+                     glsl or [], call, against, units, keep, out, json)
+
+
+@app.command(name="list")
+def list_(names: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,
+          json: Json = None):
+    """List every function: file, kind, parameters with ranges and units, source."""
+    from . import commands
+
+    commands.list_functions(names or [], json)
+
+
+@app.command()
+def bundle(
+    names: Annotated[list[str], typer.Argument(help="Functions, e.g. lobe_GGX.")],
+    target: Annotated[Optional[str], typer.Option("--target", help="Put this target's #version in front: 330, 410, "
+                                                  "450, 460, 300es, 310es, 320es, vulkan.")] = None,
+    output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Write here, not to stdout.")] = None,
+):
+    """Print exactly the named functions and what they call."""
+    from . import commands
+
+    commands.bundle(names, target, output)
+
+
+@app.command(name="eval")
+def evaluate(
+    function: Annotated[str, typer.Argument(help="A function, e.g. lobe_D_GGX.")],
+    values: Annotated[list[str], typer.Argument(metavar="key=value...", help="Arguments; vectors as 0,0,1.")] = None,
+    context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
+    json: Json = None,
+):
+    """Show GLSL and reference value of one input side by side."""
+    from . import commands
+
+    commands.evaluate(function, values or [], context, json)
+
+
+@app.command()
+def reference(
+    lobes: Annotated[list[str], typer.Argument(help="Lobes that the material sums, e.g. lobe_Lambert lobe_GGX.")] = None,
+    scene: Annotated[str, typer.Option("--scene", help="The scene.")] = "teapot-four",
+    size: Size = 512,
+    samples: Annotated[int, typer.Option("--samples", min=1, max=65536, help="Samples a pixel.")] = 16,
+    settings: Settings = None,
+    mesh: Mesh = None,
+    metal: Metal = None,
+    ground: Annotated[bool, typer.Option("--ground", help="Put a white plane under the object.")] = False,
+    out: Out = Path("out"),
+    json: Json = None,
+):
+    """Render a scene with the reference: OpenEXR with N, T, V, L, position, uv, depth, ids and beauty, and a PNG."""
+    from . import commands
+
+    commands.reference(lobes or ["lobe_Lambert"], scene, size, samples, settings or [], mesh, metal, ground, out, json)
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def test(ctx: typer.Context,
+         full: Annotated[bool, typer.Option("--full", help="Also the long tests.")] = False):
+    """Run the tests; other arguments go to pytest."""
+    from .paths import ROOT
+
+    if not (ROOT / "tests").is_dir():
+        raise InputError("test: the installed package has no tests; clone the repository and run ./lobe test there")
+    arguments = [sys.executable, "-m", "pytest", *(["--full"] if full else []), *ctx.args]
+    raise typer.Exit(subprocess.call(arguments, cwd=ROOT))
+
+
+def main() -> None:
+    """Runs the command line. Exit status 0, 1 (out of tolerance), or 2 (one line on stderr)."""
+    try:
+        status = app(standalone_mode=False)
+    except InputError as error:
+        status = fail(str(error))
+    except typer.Abort:
+        status = 130
+    except Exception as error:  # Typer's own errors of usage; their class moved between its versions
+        if not hasattr(error, "format_message"):
+            raise
+        status = fail(f"{error.format_message()} (see lobe --help)")
+    sys.exit(status)
+
+
+def fail(message: str) -> int:
+    print(f"lobe: {' '.join(message.split())}", file=sys.stderr)
+    return 2

@@ -1,0 +1,285 @@
+"""The comparison of GLSL functions with the reference, pixel by pixel and point by point.
+
+One rule everywhere: |got - ref| <= K 2^-24 (1 + kappa) |ref|. An error in *units* is |got - ref| over what follows K,
+so that K is the number of units allowed. The GLSL gets float32 inputs; the reference gets the same numbers as doubles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lobe import reference
+
+from . import domain, geometry, gl, raster, scenes
+from .catalogue import Function
+from .errors import InputError
+
+FLOAT32_ROUNDOFF = 2.0**-24
+SMALLEST_REFERENCE = 1e-30  # below it, 0 <= got <= 2e-30 is enough
+JUMP_DISTANCE = 2.0**-22  # an input this near to a jump may fall to either side
+MAX_UNDECIDED = 1e-4  # of the pixels
+HARDWARE_FACTOR = 4  # GPUs may round more coarsely
+FRAME_UNITS = 2048  # interpolation included
+MAX_EDGE = 3e-3  # of the object's pixels: coverage or triangle differs
+
+
+@dataclass(frozen=True)
+class Values:
+    """The reference's answer for rows of inputs: value [n, k], unit [n, k] = 2^-24 (1 + kappa) |value|, and kappa;
+    the two last summed, or for kappa the largest, over lights."""
+
+    value: np.ndarray
+    unit: np.ndarray
+    kappa: np.ndarray
+
+
+@dataclass(frozen=True)
+class Case:
+    """Inputs of one function, ready for both sides.
+
+    inputs   name -> float32 [lights, n, width]
+    weights  float32 [lights, n, 3], or None for 1
+    """
+
+    function: Function
+    scene: str
+    mode: str
+    inputs: dict[str, np.ndarray]
+    weights: np.ndarray | None
+    reference: Values
+    parameters: dict[str, tuple[float, ...]] = field(default_factory=dict)  # those that are equal everywhere
+    picture: scenes.Pixels | None = None
+
+
+@dataclass
+class Result:
+    """One line of the table, and what the report needs to show it."""
+
+    row: dict  # as in the JSON
+    case: Case
+    got: np.ndarray | None  # [n, k] float32
+    units: np.ndarray | None  # [n, k]; 0 where undecided
+
+
+@dataclass(frozen=True)
+class Shader:
+    """GLSL to be compared: its text, the call in terms of the function's parameter names, what to call it, and how many
+    units it is allowed."""
+
+    source: str
+    call: str
+    result: str
+    model: str
+    label: str
+    units: int
+
+
+def shading_case(function: Function, scene: scenes.Scene, size: int, settings: dict) -> Case:
+    """Per-pixel inputs from the reference's hit points. Lobes are weighted with each light's irradiance, shadows
+    included; terms with 1, and with 0 for a light for which an input is out of the header's range."""
+    seen = scenes.pixels(scene, size)
+    lights, count = seen.L.shape[:2]
+    constants = parameter_values(function, scene, settings)
+    vectors = (np.broadcast_to(v, seen.L.shape) for v in (seen.N, seen.T, seen.V))
+    frame = (*vectors, seen.L)
+    inputs = {}
+    for p in function.parameters:
+        values = geometry.FORM[p.name](*frame) if p.is_geometry else constants[p.name]
+        inputs[p.name] = np.broadcast_to(np.asarray(values, np.float32), (lights, count, p.width))
+    weights = seen.E.astype(np.float32) if function.kind == "lobe" else _in_domain(function, inputs)
+    return Case(function, scene.name, "shading", inputs, weights, reference_values(function, inputs, weights),
+                constants, seen)
+
+
+def frame_case(function: Function, scene: scenes.Scene, size: int, settings: dict) -> Case:
+    """What the reference sees when OpenGL rasterises the mesh itself: pixel centres, in double, no shadows.
+
+    OpenGL computes the cosine of the irradiance, too, so that its condition number counts here.
+    """
+    seen = scenes.pixels(scene, size, shadows=False)
+    constants = parameter_values(function, scene, settings)
+    available = {"N": seen.N, "T": seen.T, "V": seen.V, "L": seen.L} | constants
+    shape = seen.L.shape[:2]
+    inputs = {p.name: np.broadcast_to(np.asarray(available[p.name]), (*shape, p.width)) for p in function.parameters}
+    expected = reference_values(function, inputs, seen.E, _cosine_condition(seen.N, seen.L))
+    return Case(function, scene.name, "frame", inputs, seen.E, expected, constants, seen)
+
+
+def _cosine_condition(N: np.ndarray, L: np.ndarray) -> np.ndarray:
+    """Condition number of N.L over the components of both unit vectors; 0 below the horizon, where the product is 0."""
+    cosine = geometry.dot(N, L)
+    change = np.abs(N * (L - cosine * N)).sum(-1, keepdims=True) + np.abs(L * (N - cosine * L)).sum(-1, keepdims=True)
+    return np.divide(change, cosine, out=np.zeros_like(cosine), where=cosine > 0)
+
+
+def points_case(function: Function, count: int, settings: dict, seed: int) -> Case:
+    """Stratified inputs over the header's domain."""
+    inputs = domain.sample(function, count, seed)
+    for name, value in settings.items():
+        if function.parameter(name):
+            inputs[name] = np.broadcast_to(np.float32(value), inputs[name].shape)
+    inputs = {name: x[None] for name, x in inputs.items()}
+    return Case(function, "points", "points", inputs, None, reference_values(function, inputs, None), settings)
+
+
+def parameter_values(function: Function, scene: scenes.Scene, settings: dict) -> dict[str, tuple[float, ...]]:
+    """The values of the parameters that are no geometry, as float32 numbers: the user's, else the scene's."""
+    return {p.name: tuple(float(np.float32(x)) for x in settings.get(p.name, scene.value(p)))
+            for p in function.parameters if not p.is_geometry}
+
+
+def _in_domain(function: Function, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    inside = np.ones((*next(iter(inputs.values())).shape[:2], 1), bool)
+    for p in function.parameters:
+        if p.kind in ("float", "cosine"):
+            inside &= (inputs[p.name] >= np.float32(p.low)) & (inputs[p.name] <= np.float32(p.high))
+        elif p.kind == "half" and "N" in inputs:
+            inside &= geometry.dot(inputs["N"], inputs[p.name]) >= 0
+    return np.broadcast_to(inside.astype(np.float32), (*inside.shape[:2], 3))
+
+
+def rows(function: Function, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    """Inputs packed as the reference takes them: float64 [lights * n, width of all arguments]."""
+    columns = [inputs[p.name].reshape(-1, p.width).astype(np.float64) for p in function.parameters]
+    return np.ascontiguousarray(np.concatenate(columns, axis=1))
+
+
+def reference_values(function: Function, inputs: dict[str, np.ndarray], weights: np.ndarray | None,
+                     weight_condition: np.ndarray | float = 0.0) -> Values:
+    """The reference's answer for inputs, weighted and summed over lights as the shader does it.
+
+    weight_condition   condition number of the weights, [lights, n, 1], where the shader computes them itself
+    """
+    packed = rows(function, inputs)
+    lights, count = next(iter(inputs.values())).shape[:2]
+    f = reference.evaluate(function.key, packed).reshape(lights, count, -1)
+    kappa = reference.condition(function.key, packed).reshape(f.shape) + weight_condition
+    if weights is not None:
+        f = f * weights[..., : f.shape[-1]]
+    return Values(f.sum(0), FLOAT32_ROUNDOFF * ((1 + kappa) * np.abs(f)).sum(0), kappa.max(0))
+
+
+def units_of(got: np.ndarray, expected: Values) -> np.ndarray:
+    """Error in units; infinite where got is not finite, or not in 0..2e-30 where the reference is 0."""
+    zero = np.abs(expected.value) < SMALLEST_REFERENCE
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        units = np.abs(got - expected.value) / expected.unit
+        units[zero] = np.where((got >= 0) & (got <= 2 * SMALLEST_REFERENCE), 0.0, np.inf)[zero]
+    return np.where(np.isfinite(got), units, np.inf)
+
+
+def library_shader(function: Function, source: str, label: str) -> Shader:
+    return Shader(source, function.call, function.result, function.stem, label, function.units)
+
+
+def compare(case: Case, shader: Shader, context: gl.Context) -> Result:
+    """Draws the case with the shader and measures it against the reference."""
+    with context:
+        got = gl.evaluate(context, shader.source, shader.call, shader.result, case.inputs, case.weights)
+    units = units_of(got, case.reference)
+    allowed = shader.units * (HARDWARE_FACTOR if context.is_hardware else 1)
+    undecided = _undecided(case, got, units > allowed, allowed)
+    units[undecided] = 0.0
+    row = _row(case, shader, context, got, units, allowed)
+    row["undecided"] = int(undecided.any(-1).sum())
+    row["pass"] = row["nonfinite"] == 0 and row["max_units"] <= allowed and row["undecided"] <= MAX_UNDECIDED * len(got)
+    return Result(row, case, got, units)
+
+
+def compare_frame(case: Case, scene: scenes.Scene, size: int, shader: Shader, context: gl.Context) -> Result:
+    """Lets OpenGL rasterise the mesh itself and measures its pixels against a frame_case."""
+    seen = case.picture
+    with context:
+        image, primitive = raster.draw(context, scene, size, shader.source, shader.call, shader.result, case.parameters)
+    got, drawn = image[seen.mask], primitive[seen.mask]
+    units = units_of(got, case.reference)
+    edge = drawn != seen.primitive
+    units[edge] = 0.0
+    row = _row(case, shader, context, got, units, FRAME_UNITS)
+    row["edge_pixels"] = int(edge.sum() + ((primitive >= 0) & ~seen.mask).sum())
+    row["pass"] = (row["nonfinite"] == 0 and row["max_units"] <= FRAME_UNITS
+                   and row["edge_pixels"] <= MAX_EDGE * row["pixels"])
+    if scene.name == scenes.SHOWN:
+        row["flip"] = flip(seen.picture(case.reference.value), image)
+    return Result(row, case, got, units)
+
+
+def flip(expected: np.ndarray, got: np.ndarray) -> float:
+    """Mean FLIP difference of two linear pictures, as a display shows them: clipped, sRGB-encoded."""
+    import flip_evaluator
+
+    from .pictures import srgb
+
+    return float(flip_evaluator.evaluate(srgb(expected).astype(np.float32), srgb(got).astype(np.float32), "LDR",
+                                         applyMagma=False, computeMeanError=True)[1])
+
+
+def _row(case: Case, shader: Shader, context: gl.Context, got: np.ndarray, units: np.ndarray, allowed: int) -> dict:
+    """The JSON row, but for what only the mode knows."""
+    expected = case.reference.value
+    with np.errstate(invalid="ignore", over="ignore"):
+        absolute = np.abs(got - expected)
+        counted = np.isfinite(got) & (np.abs(expected) >= SMALLEST_REFERENCE)
+        relative = (absolute[counted] / np.abs(expected[counted])) if counted.any() else np.zeros(1)
+    finite = absolute[np.isfinite(absolute)]
+    return {
+        "model": shader.model,
+        "function": shader.label,
+        "kind": case.function.kind,
+        "scene": case.scene,
+        "mode": case.mode,
+        "context": context.name,
+        "renderer": context.renderer,
+        "pixels": len(got),
+        "max_abs": float(finite.max(initial=0.0)),
+        "max_rel": float(relative.max()),
+        "p99_rel": float(np.quantile(relative, 0.99)),
+        "rms_rel": float(np.sqrt(np.mean(relative**2))),
+        "max_units": float(units.max(initial=0.0)),
+        "units_allowed": allowed,
+        "flip": None,
+        "nonfinite": int((~np.isfinite(got)).any(-1).sum()),
+        "undecided": 0,
+        "edge_pixels": 0,
+    }
+
+
+def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) -> np.ndarray:
+    """Where a failed value is right for the other side of a jump of the function, nearer than 2^-22 to the input."""
+    undecided = np.zeros_like(failed)
+    lights = next(iter(case.inputs.values())).shape[0]
+    packed = rows(case.function, case.inputs).reshape(lights, len(got), -1)
+    for n in np.flatnonzero(failed.any(-1))[: int(MAX_UNDECIDED * len(got)) + 100]:
+        for light in range(lights):
+            for other in _across_jumps(case.function.key, packed[light, n]):
+                here = reference.evaluate(case.function.key, packed[light, n][None])[0]
+                weight = 1.0 if case.weights is None else case.weights[light, n, : len(here)]
+                change = weight * (other - here)
+                expected = case.reference.value[n] + change
+                unit = case.reference.unit[n] + FLOAT32_ROUNDOFF * np.abs(change)
+                close = np.abs(got[n] - expected) <= allowed * unit
+                close |= (np.abs(expected) < SMALLEST_REFERENCE) & (got[n] >= 0) & (got[n] <= 2 * SMALLEST_REFERENCE)
+                undecided[n] |= failed[n] & close
+    return undecided
+
+
+def _across_jumps(key: str, x: np.ndarray) -> list[np.ndarray]:
+    """Values on the far side of each jump within 2^-22 of an input, along each of its components.
+
+    Bisection keeps the half in which the value changes more. A smooth change shrinks with the interval; a jump stays.
+    """
+    size = len(x)
+    steps = np.concatenate([np.eye(size), -np.eye(size)]) * JUMP_DISTANCE * np.maximum(1.0, np.abs(x))
+    near, far = np.repeat(x[None], 2 * size, 0), x + steps
+    f_near, f_far = reference.evaluate(key, near), reference.evaluate(key, far)
+    whole = np.abs(f_far - f_near).max(-1)
+    for _ in range(40):
+        middle = (near + far) / 2
+        f_middle = reference.evaluate(key, middle)
+        first = np.abs(f_middle - f_near).max(-1) > np.abs(f_far - f_middle).max(-1)
+        near, far = np.where(first[:, None], near, middle), np.where(first[:, None], middle, far)
+        f_near, f_far = np.where(first[:, None], f_near, f_middle), np.where(first[:, None], f_middle, f_far)
+    left = np.abs(f_far - f_near).max(-1)
+    return list(f_far[(left > 0.5 * whole) & (left > 0)])

@@ -1,0 +1,417 @@
+"""The report of a comparison: one self-contained page, a summary for the terminal, and images of failures."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import os
+import platform
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import numpy as np
+
+from . import catalogue, compare, files, geometry, pictures
+from .catalogue import Function
+from .compare import Result
+from .matrix import Outcome, Plan
+
+LONGEST, THUMBNAIL = 320, 112  # pixels that a side of a picture may have in the page
+MOST_FAILURES_DRAWN = 12
+PARTS = ("shader", "reference", "difference")
+CHANNELS = {1: ("",), 2: ("x", "y"), 3: ("R", "G", "B")}
+
+
+def write(outcome: Outcome, plan: Plan, out: Path) -> Path:
+    """Writes index.html, which needs no other file, into the folder `out` and returns its path."""
+    template = _environment().get_template("report.html.j2")
+    entries = [_entry(outcome, plan, function) for function in plan.functions]
+    entries = [entry for entry in entries if entry.rows]
+    page = Path(out) / "index.html"
+    files.write_text(page, template.render(
+        outcome=outcome, plan=plan, entries=entries, groups=_groups(entries), totals=_totals(outcome, entries),
+        failures=_failures(outcome), versions=_versions(), machine=_machine(),
+        date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures))
+    return page
+
+
+def summary(outcome: Outcome) -> str:
+    """A table for the terminal: one line per function, then the totals, the renderers and the time."""
+    by_function = {}
+    for row in outcome.rows:
+        by_function.setdefault(row["function"], []).append(row)
+    header = ("function", "kind", "comparisons", "pixels", "worst/allowed", "where", "result")
+    table = _aligned([header, *(_summary_line(name, rows) for name, rows in by_function.items())], right=(2, 3, 4))
+    failing = sum(any(not r["pass"] for r in rows) for rows in by_function.values())
+    verdict = (f"{failing} of {len(by_function)} functions OUT OF TOLERANCE" if failing
+               else f"all {len(by_function)} functions within tolerance")
+    pixels = sum(r["pixels"] for r in outcome.rows)
+    totals = f"{verdict}: {len(outcome.rows):,} comparisons, {pixels:,} pixels and points, {outcome.seconds:.1f} s"
+    renderers = (f"{name}: {renderer}" for name, renderer in outcome.renderers.items())
+    return "\n".join((*table, "", totals, *renderers)).replace("∞", "inf")  # a terminal may know ASCII only
+
+
+def _summary_line(name: str, rows: list[dict]) -> tuple[str, ...]:
+    worst = _worst_row(rows)
+    return (name, worst["kind"], str(len(rows)), f"{sum(r['pixels'] for r in rows):,}",
+            f"{number(worst['max_units'])}/{worst['units_allowed']}", _where(worst),
+            "pass" if worst["pass"] else f"FAIL: {reason(worst)}")
+
+
+def write_images(result: Result, folder: Path, every: bool) -> None:
+    """Writes shader, reference and difference as OpenEXR where a result fails, or of every result with a picture."""
+    seen = result.case.picture
+    if seen is None or (result.row["pass"] and not every):
+        return
+    expected = result.case.reference.value
+    with np.errstate(invalid="ignore"):
+        values = (result.got, expected, result.got - expected)
+    for name, part in zip(image_names(result.row), values):
+        files.write_exr(Path(folder) / name, {"RGB": pictures.rgb(seen.picture(part.astype(np.float32)))})
+
+
+def image_names(row: dict) -> list[str]:
+    """File names of a row's three images; none for rows without a picture."""
+    if row["mode"] == "points":
+        return []
+    stem = "-".join(safe(row[k]) for k in ("function", "scene", "mode", "context"))
+    return [f"{stem}-{part}.exr" for part in PARTS]
+
+
+def safe(name: str) -> str:
+    """A name as part of a file name or an anchor: lobe_F(float,vec3) becomes lobe_F_float_vec3."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("_")
+
+
+# --- numbers as text -------------------------------------------------------------------------------------------------
+
+
+def number(x: float, digits: int = 3) -> str:
+    """A number to so many significant digits; 3.1e-8, not 3.1e-08."""
+    if not np.isfinite(x):
+        return "NaN" if np.isnan(x) else "-∞" if x < 0 else "∞"
+    text = f"{x:.{digits}g}"
+    return re.sub(r"e([+-])0*(\d+)$", lambda m: f"e{'-' if m[1] == '-' else ''}{m[2]}", text)
+
+
+def exact(values) -> str:
+    """Float32 numbers with the digits that tell each from its neighbours."""
+    return ", ".join(number(x, 9) for x in np.atleast_1d(values))
+
+
+def _aligned(lines: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*lines)]
+    return ["  ".join(text.rjust(w) if i in right else text.ljust(w) for i, (text, w) in enumerate(zip(line, widths)))
+            .rstrip() for line in lines]
+
+
+# --- rows ------------------------------------------------------------------------------------------------------------
+
+
+def ratio(row: dict) -> float:
+    return row["max_units"] / row["units_allowed"]
+
+
+def reason(row: dict) -> str:
+    """Why a row fails, in words."""
+    reasons = []
+    if row["nonfinite"]:
+        reasons.append(f"{row['nonfinite']:,} not finite")
+    if row["max_units"] > row["units_allowed"]:
+        reasons.append(f"{number(row['max_units'])} units, {row['units_allowed']} allowed")
+    if row["undecided"] > compare.MAX_UNDECIDED * row["pixels"]:
+        reasons.append(f"{row['undecided']:,} undecided, {compare.MAX_UNDECIDED:.2%} allowed")
+    if row["edge_pixels"] > compare.MAX_EDGE * row["pixels"]:
+        reasons.append(f"{row['edge_pixels']:,} edge pixels, {compare.MAX_EDGE:.1%} allowed")
+    return "; ".join(reasons)
+
+
+def _worst_row(rows: list[dict]) -> dict:
+    """The worst failing row; else the one nearest to its tolerance, frames aside, which measure interpolation too."""
+    candidates = ([r for r in rows if not r["pass"]] or [r for r in rows if r["mode"] != "frame"] or rows)
+    return max(candidates, key=ratio)
+
+
+def _where(row: dict) -> str:
+    place = "points" if row["mode"] == "points" else f"{row['scene']} {row['mode']}"
+    return f"{place}, {row['context']}"
+
+
+@dataclass
+class Entry:
+    """One function's line and section in the page."""
+
+    function: Function
+    label: str
+    foreign: bool
+    rows: list[dict]
+    views: list[View]  # of its shown and its worst scene
+    point: Worst | None  # the worst of mode points
+    same_bits: bool  # whether all contexts drew the same numbers in the shown scene
+
+    @property
+    def anchor(self) -> str:
+        return safe(self.label)
+
+    @property
+    def passed(self) -> bool:
+        return all(r["pass"] for r in self.rows)
+
+    @property
+    def worst(self) -> dict:
+        return _worst_row(self.rows)
+
+    @property
+    def where(self) -> str:
+        return _where(self.worst)
+
+    def of(self, mode: str) -> list[dict]:
+        return [r for r in self.rows if r["mode"] == mode]
+
+    def scenes(self) -> int:
+        return len({r["scene"] for r in self.of("shading")})
+
+    def total(self, key: str, mode: str | None = None) -> int:
+        return sum(r[key] for r in (self.of(mode) if mode else self.rows))
+
+    def largest(self, key: str, mode: str) -> float | None:
+        """The largest value of a column over the rows of a mode; None where there is none."""
+        return max((r[key] for r in self.of(mode) if r[key] is not None), default=None)
+
+    def relative(self, key: str) -> float | None:
+        """p99_rel or rms_rel over the shading scenes; over the points of a function that has none."""
+        shading = self.largest(key, "shading")
+        return self.largest(key, "points") if shading is None else shading
+
+    def edge(self) -> float | None:
+        """The largest share of edge pixels."""
+        return max((r["edge_pixels"] / r["pixels"] for r in self.of("frame")), default=None)
+
+
+def _entry(outcome: Outcome, plan: Plan, function: Function) -> Entry:
+    shader = plan.shader_of(function)
+    rows = [r for r in outcome.rows if r["function"] == shader.label]
+    drawn = [r for (name, _), r in outcome.shown.items() if name == shader.label]
+    chosen = {}
+    for kept, caption in ((outcome.shown, "Scene:"), (outcome.worst, "Worst scene:")):
+        result = _of_worst_context(kept, shader.label)
+        if result and result.case.scene not in chosen:
+            chosen[result.case.scene] = (result, caption)
+    longest = LONGEST if function.kind == "lobe" else THUMBNAIL
+    point = _of_worst_context(outcome.worst_point, shader.label)
+    return Entry(function, shader.label, shader.model == "foreign", rows,
+                 [View.of(result, caption, longest) for result, caption in chosen.values()],
+                 Worst.of(point) if point else None,
+                 len(drawn) > 1 and all(np.array_equal(drawn[0].got, r.got) for r in drawn))
+
+
+def _of_worst_context(kept: dict[tuple[str, str], Result], label: str) -> Result | None:
+    results = [r for (name, _), r in kept.items() if name == label]
+    return max(results, key=lambda r: ratio(r.row), default=None)
+
+
+def _groups(entries: list[Entry]) -> list[tuple[str, str, list[Entry]]]:
+    """(file name, its description, entries) of each file, in the order of the plan."""
+    groups: dict[Path, list[Entry]] = {}
+    for entry in entries:
+        groups.setdefault(entry.function.path, []).append(entry)
+    return [(path.name, catalogue.load(path.parent).file(path.stem).description, of) for path, of in groups.items()]
+
+
+def _totals(outcome: Outcome, entries: list[Entry]) -> dict:
+    rows = outcome.rows
+    return {
+        "pixels": sum(r["pixels"] for r in rows if r["mode"] != "points"),
+        "points": sum(r["pixels"] for r in rows if r["mode"] == "points"),
+        "nonfinite": sum(r["nonfinite"] for r in rows),
+        "undecided": sum(r["undecided"] for r in rows),
+        "failing": [e for e in entries if not e.passed],
+        "worst": max(entries, key=lambda e: ratio(e.worst)),
+    }
+
+
+def _failures(outcome: Outcome) -> list[dict]:
+    """Each failing row, worst first, with its reason and images; the worst of each function and mode drawn."""
+    kept = {id(r.row): r for r in outcome.failures}
+    failing = sorted((row for row in outcome.rows if not row["pass"]), key=ratio, reverse=True)
+    worst = {}
+    for row in failing:
+        if id(row) in kept:
+            worst.setdefault((row["function"], row["mode"]), id(row))
+    drawn = list(worst.values())[:MOST_FAILURES_DRAWN]
+    return [{"row": row, "reason": reason(row), "images": image_names(row),
+             "shown": _failure_view(kept[id(row)]) if id(row) in drawn else None} for row in failing]
+
+
+def _failure_view(result: Result) -> View | Worst:
+    return View.of(result, "Out of tolerance:", LONGEST) if result.case.picture else Worst.of(result)
+
+
+# --- pictures and worst places ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Both sides of one number."""
+
+    name: str
+    got: str
+    reference: str
+    kappa: str
+    units: str
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The place of the largest error in units of a result, and all that is needed to compute it again.
+
+    place     index of the pixel or point
+    shared    (name, value) of what all lights have in common
+    lights    the same for each light
+    commands  which evaluate it, per light
+    """
+
+    row: dict
+    place: int
+    channels: list[Channel]
+    shared: list[tuple[str, str]]
+    lights: list[list[tuple[str, str]]]
+    commands: list[str]
+
+    @staticmethod
+    def of(result: Result) -> Worst:
+        case, expected = result.case, result.case.reference
+        n = int(np.argmax(result.units.max(-1)))
+        names = CHANNELS[result.units.shape[1]]
+        channels = [Channel(name, number(result.got[n, c], 9), number(expected.value[n, c], 12),
+                            number(expected.kappa[n, c]), number(result.units[n, c])) for c, name in enumerate(names)]
+        shared, lights = _inputs(case, n)
+        commands = [] if result.row["model"] == "foreign" else _commands(case, n)
+        return Worst(result.row, n, channels, shared, lights, commands)
+
+
+def _inputs(case: compare.Case, n: int) -> tuple[list, list]:
+    """The inputs of one pixel or point: those that lights share, and those of each light."""
+    constants = [(name, exact(value)) for name, value in case.parameters.items() if case.function.parameter(name)]
+    count = next(iter(case.inputs.values())).shape[0]
+    varying = {name: x[:, n] for name, x in case.inputs.items() if name not in case.parameters}
+    if case.picture is None:
+        return [(name, exact(x[0])) for name, x in varying.items()] + constants, []
+    seen = case.picture
+    frame = [(name, exact(getattr(seen, name)[n].astype(np.float32))) for name in ("N", "T", "V")
+             if name != "T" or case.function.parameter("T")]
+    own = {name: x for name, x in varying.items() if name not in geometry.DIRECTIONS}
+    lights = [[("L", exact(seen.L[i, n].astype(np.float32))), *((name, exact(x[i])) for name, x in own.items()),
+               ("weight", exact(case.weights[i, n]))] for i in range(count)]
+    return frame + constants, lights
+
+
+def _commands(case: compare.Case, n: int) -> list[str]:
+    """Shell commands that show GLSL and reference at one pixel or point, for each light that counts."""
+    weights = np.ones(1) if case.weights is None else case.weights[:, n].max(-1)
+    commands = []
+    for light in np.flatnonzero(weights):
+        arguments = " ".join(f"{p.name}={exact(case.inputs[p.name][light, n]).replace(' ', '')}"
+                             for p in case.function.parameters)
+        commands.append(f"./lobe eval '{case.function.key}' {arguments}")
+    return commands
+
+
+@dataclass(frozen=True)
+class View:
+    """The pictures of a result.
+
+    images     data URIs of shader, reference, difference and, where the result fails, relative difference
+    width, height  of each, in their own pixels; factor pixels of the comparison became one
+    mark       x, y of the worst pixel in the pictures; pixel (column, row) in the comparison
+    limit      units at the ends of the difference's scale; relative_limit likewise, None without that picture
+    exposure   by which the values are divided before they are shown
+    """
+
+    caption: str
+    row: dict
+    images: dict[str, str]
+    width: int
+    height: int
+    factor: int
+    mark: tuple[float, float]
+    pixel: tuple[int, int]
+    limit: float
+    relative_limit: float | None
+    exposure: float
+    histogram: pictures.Histogram
+    worst: Worst
+
+    @staticmethod
+    def of(result: Result, caption: str, longest: int) -> View:
+        case, seen, row = result.case, result.case.picture, result.row
+        window = pictures.Window(seen.mask, longest)
+        exposure = _exposure(case)
+        limit = pictures.difference_limit(result.units, row["units_allowed"])
+        signed = window.extreme(seen.picture(_signed_units(result))[..., 0])
+        images = {"shader": pictures.shown(window.mean(seen.picture(result.got)) / exposure, window.mask),
+                  "reference": pictures.shown(window.mean(seen.picture(case.reference.value)) / exposure, window.mask),
+                  "difference": pictures.diverging(signed, window.mask, limit, row["units_allowed"])}
+        relative_limit = None
+        if not row["pass"]:  # where all is out of tolerance, the picture above is black: show by how much
+            relative = window.extreme(seen.picture(_signed_relative(result))[..., 0])
+            relative_limit = _two_digits(np.quantile(np.abs(relative[np.isfinite(relative)]), 0.99)) or 1.0
+            images["relative"] = pictures.diverging(relative, window.mask, relative_limit, np.finfo(float).max)
+        worst = Worst.of(result)
+        y, x = (int(i) for i in np.argwhere(seen.mask)[worst.place])
+        height, width = window.mask.shape
+        return View(caption, row, {part: pictures.data_uri(image) for part, image in images.items()}, width, height,
+                    window.factor, window.place(y, x), (x, y), limit, relative_limit, exposure,
+                    pictures.histogram(result.units, row["units_allowed"]), worst)
+
+
+def _exposure(case: compare.Case) -> float:
+    """What values are divided by to be shown: their 99th percentile; for lobes, which a display can show, at most 1."""
+    percentile = _two_digits(np.quantile(case.reference.value, 0.99)) or 1.0
+    return min(percentile, 1.0) if case.function.kind == "lobe" else percentile
+
+
+def _two_digits(x: float) -> float:
+    return float(f"{x:.2g}")
+
+
+def _signed_units(result: Result) -> np.ndarray:
+    """[n, 1]: the error in units of the channel that has the largest one; positive where the shader is brighter."""
+    signed = np.where(result.got < result.case.reference.value, -result.units, result.units)
+    return np.take_along_axis(signed, result.units.argmax(-1)[:, None], 1)
+
+
+def _signed_relative(result: Result) -> np.ndarray:
+    """[n, 1]: the relative error of the same channel; infinite where the shader is not finite, 0 where excused."""
+    expected = result.case.reference.value
+    with np.errstate(invalid="ignore"):
+        relative = (result.got - expected) / np.maximum(np.abs(expected), compare.SMALLEST_REFERENCE)
+    relative = np.where(np.isfinite(result.got), relative, np.inf) * (result.units > 0)
+    return np.take_along_axis(relative, result.units.argmax(-1)[:, None], 1)
+
+
+# --- where it ran ----------------------------------------------------------------------------------------------------
+
+
+def _versions() -> dict[str, str]:
+    from lobe import reference
+
+    packages = {name: importlib.metadata.version(name) for name in ("lobe", "numpy", "moderngl")}
+    return {"Lobe": packages["lobe"], "Embree": reference.embree_version, "Python": platform.python_version(),
+            "NumPy": packages["numpy"], "moderngl": packages["moderngl"]}
+
+
+def _machine() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    model = re.search(r"model name\s*: (.+)", cpuinfo.read_text()) if cpuinfo.exists() else None
+    return f"{model[1] if model else platform.machine()}, {os.cpu_count()} threads, {platform.platform(terse=True)}"
+
+
+def _environment() -> jinja2.Environment:
+    loader = jinja2.FileSystemLoader(Path(__file__).parent)
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                                     undefined=jinja2.StrictUndefined)
+    environment.filters |= {"number": number, "reason": reason, "ratio": ratio, "where": _where, "safe": safe}
+    return environment

@@ -1,0 +1,199 @@
+"""The command line: results on stdout, one clear line and exit status 2 for bad usage or input, nothing overwritten."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lobe.lab import catalogue, cli, files
+from lobe.lab.paths import DATA
+
+MY_GGX = """#version 330
+const float MY_PI = 3.14159265;
+vec3 myGGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
+    float c = dot(N, V), d = dot(N, L);
+    if (c <= 0.0 || d <= 0.0) return vec3(0.0);
+    vec3 H = normalize(V + L);
+    float nh = clamp(dot(N, H), 0.0, 1.0), t = nh * nh * (alpha * alpha - 1.0) + 1.0;
+    float D = alpha * alpha / (MY_PI * t * t);
+    float G = 0.5 / (d * sqrt(alpha * alpha + (1.0 - alpha * alpha) * c * c) + c * sqrt(alpha * alpha + (1.0 - alpha * alpha) * d * d));
+    return D * G * (f0 + (1.0 - f0) * pow(clamp(1.0 - dot(V, H), 0.0, 1.0), 5.0));
+}
+"""
+CALL = "myGGX(N, V, L, f0, alpha)"
+
+
+@pytest.fixture
+def lobe(monkeypatch, capsys, tmp_path):
+    """Runs the command line in this process: (exit status, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["lobe", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capsys.readouterr()
+        return ended.value.code or 0, out, err
+
+    return run
+
+
+def one_line(err, *parts):
+    assert err.count("\n") == 1 and err.startswith("lobe: "), err
+    for part in parts:
+        assert part in err
+
+
+def test_compare_writes_a_report_and_json(lobe, tmp_path):
+    status, out, err = lobe("compare", "lobe_GGX", "lobe_F_Schlick", "--scene", "sphere-point", "--scene", "teapot-directional",
+                            "--size", 64, "--points", 256, "--context", "all", "--json", "r.json")
+    assert status == 0 and err == "" and "lobe_GGX" in out and "llvmpipe" in out
+    assert (tmp_path / "out" / "index.html").stat().st_size < 30e6
+    rows = json.loads((tmp_path / "r.json").read_text())
+    assert rows["schema"] == 1
+    assert {r["mode"] for r in rows["results"]} == {"points", "shading", "frame"}
+    assert {r["context"] for r in rows["results"]} == {"egl", "osmesa"}
+    assert [r["flip"] for r in rows["results"] if r["mode"] == "frame"] and all(
+        r["flip"] < 0.01 for r in rows["results"] if r["mode"] == "frame")
+
+
+def test_json_alone_on_stdout(lobe):
+    status, out, _ = lobe("compare", "lobe_alpha", "--points", 64, "--json", "-")
+    assert status == 0 and json.loads(out)["results"][0]["function"] == "lobe_alpha"
+
+
+def test_keep_writes_triples(lobe, tmp_path):
+    lobe("compare", "lobe_Lambert", "--scene", "sphere-point", "--mode", "shading", "--size", 32, "--keep")
+    pictures = sorted(p.name.rsplit("-", 1)[1] for p in (tmp_path / "out" / "exr").glob("*.exr"))
+    assert pictures == ["difference.exr", "reference.exr", "shader.exr"]
+
+
+class TestForeign:
+    """A studio's own function through the same comparison."""
+
+    def test_textbook_form_fails_on_narrow_lobes(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        status, out, _ = lobe("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--size", 64,
+                              "--scene", "sphere-point", "--points", 4096)
+        assert status == 1 and "myGGX" in out
+
+    def test_passes_where_it_is_right(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        status, _, err = lobe("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--size", 64,
+                              "--scene", "sphere-directional", "--set", "alpha=0.5", "--units", 64, "--mode", "shading")
+        assert (status, err) == (0, "")
+
+    def test_wrong_function_fails(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX.replace("D * G", "D * G * 1.001"))
+        assert lobe("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--size", 64,
+                    "--scene", "sphere-directional", "--set", "alpha=0.5", "--units", 64, "--mode", "shading")[0] == 1
+
+    def test_overload_is_chosen_by_the_call(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text("float d(float c, float a) { return a * a / (3.14159265 * pow((1.0 - c) * (1.0 + c) + a * a * c * c, 2.0)); }")
+        assert lobe("compare", "--glsl", "my.glsl", "--call", "d(NdotH, alpha)", "--against", "lobe_D_GGX", "--mode", "points",
+                    "--set", "alpha=0.5", "--units", 16)[0] == 0
+
+    def test_compile_error_names_file_and_line(self, lobe, tmp_path):
+        (tmp_path / "ok.glsl").write_text("float twice(float x) { return 2.0 * x; }\n")
+        (tmp_path / "my.glsl").write_text("#version 330\n\nfloat broken(float x) {\n    return y;\n}\n")
+        status, _, err = lobe("compare", "--glsl", "ok.glsl", "--glsl", "my.glsl", "--call", "broken(alpha)", "--against",
+                              "lobe_GGX")
+        assert status == 2
+        one_line(err, "my.glsl:4: ", "y")
+
+    def test_call_that_does_not_compile(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        status, _, err = lobe("compare", "--glsl", "my.glsl", "--call", "yourGGX(N)", "--against", "lobe_GGX")
+        assert status == 2
+        one_line(err, "--call", "yourGGX")
+
+    @pytest.mark.parametrize("arguments", [("--glsl", "my.glsl"), ("--call", "f(N)"), ("--against", "lobe_GGX"),
+                                           ("lobe_GGX", "--glsl", "my.glsl", "--call", "f(N)", "--against", "lobe_GGX")])
+    def test_incomplete(self, lobe, arguments):
+        status, _, err = lobe("compare", *arguments)
+        assert status == 2
+        one_line(err, "--glsl", "--call", "--against")
+
+
+BAD = {
+    "unknown lobe": (("compare", "lobe_GXX"), ("lobe_GXX", "lobe_GGX", "lobe_Lambert")),
+    "unknown scene": (("compare", "--scene", "teacup"), ("teacup", "teapot-point", "sphere-four")),
+    "unknown mode": (("compare", "--mode", "pixel"), ("pixel", "points", "shading", "frame")),
+    "unknown context": (("compare", "--context", "metal"), ("metal", "egl", "osmesa")),
+    "unknown parameter": (("compare", "lobe_GGX", "--set", "gloss=1"), ("gloss", "alpha", "f0")),
+    "out of range": (("compare", "lobe_GGX", "--set", "alpha=5"), ("alpha=5", "0.0001..4")),
+    "no number": (("compare", "lobe_GGX", "--set", "alpha=x"), ("alpha=x", "1 finite number")),
+    "two of three": (("compare", "lobe_GGX", "--set", "f0=1,0.5"), ("f0=1,0.5", "3 finite number")),
+    "nan": (("eval", "lobe_GGX", "alpha=nan"), ("alpha=nan", "finite")),
+    "nothing suits": (("compare", "lobe_alpha", "--mode", "frame"), ("nothing to compare",)),
+    "no such mesh": (("compare", "--mesh", "absent.obj"), ("absent.obj",)),
+    "no mesh": (("reference", "--mesh", DATA / "README.md"), ("README.md",)),
+    "no such table": (("compare", "--metal", "absent.csv"), ("absent.csv",)),
+    "unwritable": (("compare", "lobe_alpha", "--out", DATA / "README.md" / "out"), ("README.md",)),
+    "unwritable json": (("compare", "lobe_alpha", "--points", "64", "--json", DATA / "README.md" / "r.json"), ("README.md",)),
+    "eval unknown": (("eval", "lobe_D_GGX", "NdotX=1"), ("NdotX", "NdotH")),
+    "bundle unknown": (("bundle", "GGX"), ("GGX", "lobe_GGX")),
+    "bundle target": (("bundle", "lobe_GGX", "--target", "hlsl"), ("hlsl", "300es")),
+    "reference of a term": (("reference", "lobe_D_GGX"), ("lobe_D_GGX", "lobe_Lambert")),
+    "no command": (("paint",), ("paint",)),
+    "option": (("compare", "--sise", "3"), ("--sise",)),
+    "size": (("compare", "--size", "0"), ("--size",)),
+    "list unknown": (("list", "lobe_GXX"), ("lobe_GXX",)),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_status_2(lobe, case):
+    arguments, parts = BAD[case]
+    status, out, err = lobe(*arguments)
+    assert (status, out) == (2, "")
+    one_line(err, *parts)
+
+
+def test_bad_input_overwrites_nothing(lobe, tmp_path):
+    (tmp_path / "out").mkdir()
+    page = tmp_path / "out" / "index.html"
+    page.write_text("precious")
+    (tmp_path / "my.glsl").write_text("float broken(")
+    assert lobe("compare", "--glsl", "my.glsl", "--call", "broken(alpha)", "--against", "lobe_GGX")[0] == 2
+    assert page.read_text() == "precious" and len(list((tmp_path / "out").iterdir())) == 1
+
+
+def test_list_shows_every_function(lobe):
+    status, out, _ = lobe("list")
+    assert status == 0 and all(f.name in out for f in catalogue.load().functions)
+    facts = json.loads(lobe("list", "ggx", "--json", "-")[1])["results"]
+    assert {f["file"] for f in facts} == {"ggx.glsl"}
+    assert all(f["source"] and f["parameters"] for f in facts)
+
+
+def test_eval_shows_both_sides(lobe):
+    status, out, _ = lobe("eval", "lobe_F_Schlick", "cosI=0.5", "f0=0.04", "--context", "all")
+    assert status == 0 and "GLSL" in out and "0.07" in out and "reference" in out and "osmesa" in out
+    row = json.loads(lobe("eval", "lobe_Lambert", "albedo=1,0.5,0", "--json", "-")[1])["results"][0]
+    assert np.allclose(row["reference"], [1 / np.pi, 0.5 / np.pi, 0])
+
+
+def test_bundle_goes_to_a_file(lobe, tmp_path):
+    assert lobe("bundle", "lobe_GGX", "--target", "300es", "-o", "b.glsl")[0] == 0
+    assert (tmp_path / "b.glsl").read_text().startswith("#version 300 es\nprecision highp float;\n")
+
+
+def test_reference_writes_every_layer(lobe, tmp_path):
+    status, out, _ = lobe("reference", "lobe_Lambert", "lobe_GGX", "--scene", "gold-teapot-four", "--size", 32, "--samples", 2,
+                          "--ground")
+    layers = files.read_exr(tmp_path / "out" / "gold-teapot-four.exr")
+    assert status == 0 and {"RGB", "N", "T", "V", "L0", "L3", "E0", "position", "uv", "depth", "object", "primitive"} <= set(layers)
+    assert (tmp_path / "out" / "gold-teapot-four.png").exists() and layers["RGB"].max() > 0
+
+
+@pytest.mark.parametrize("command", ["compare", "test", "list", "bundle", "eval", "reference"])
+def test_every_command_has_help(lobe, command):
+    status, out, _ = lobe(command, "--help")
+    assert status == 0 and "Usage" in out
+
+
+def test_installed_command_starts():
+    assert subprocess.run([sys.executable, "-m", "lobe.lab", "list", "lambert"], capture_output=True).returncode == 0

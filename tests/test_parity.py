@@ -1,0 +1,72 @@
+"""Every GLSL function equals the reference within the tolerance of its header, in every context. A function that is
+added to the library is tested here without a line of test code."""
+
+import pytest
+
+from lobe import reference
+from lobe.lab import catalogue, compare, gl, matrix, scenes
+
+LIBRARY = catalogue.load()
+POINTS = 1 << 14
+SIZE = 96
+
+
+@pytest.fixture(scope="module", params=gl.CONTEXTS)
+def context(request):
+    return gl.create_context(request.param)
+
+
+def check(result, capsys):
+    row = result.row
+    with capsys.disabled():
+        if not row["pass"]:
+            print(f"\n{row}")
+    assert row["nonfinite"] == 0
+    assert row["max_units"] <= row["units_allowed"]
+    assert row["undecided"] <= compare.MAX_UNDECIDED * row["pixels"]
+    assert row["pass"]
+
+
+def shader(function):
+    return compare.library_shader(function, LIBRARY.text, LIBRARY.label(function))
+
+
+@pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
+def test_points(function, context, capsys):
+    check(compare.compare(compare.points_case(function, POINTS, {}, seed=1), shader(function), context), capsys)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
+def test_a_million_points(function, context, capsys):
+    check(compare.compare(compare.points_case(function, 1 << 20, {}, seed=2), shader(function), context), capsys)
+
+
+SHADED = [f for f in LIBRARY.functions if f.kind != "helper" and any(p.is_geometry for p in f.parameters)]
+
+
+@pytest.mark.parametrize("scene", ["sphere-four", "suzanne-point", "teapot-grazing"])
+@pytest.mark.parametrize("function", SHADED, ids=lambda f: f.key)
+def test_shading(function, scene, context, capsys):
+    check(compare.compare(compare.shading_case(function, scenes.find(scene), SIZE, {}), shader(function), context), capsys)
+
+
+@pytest.mark.parametrize("scene", ["teapot-four", "bunny-grazing"])
+@pytest.mark.parametrize("function", [f for f in SHADED if f.kind == "lobe"], ids=lambda f: f.key)
+def test_frame(function, scene, context):
+    place = scenes.find(scene)
+    row = compare.compare_frame(compare.frame_case(function, place, 256, {}), place, 256, shader(function), context).row
+    assert row["pass"], row
+
+
+def test_reference_has_the_same_functions_and_parameter_names():
+    ours = {f.key: (f.stem, f.result, [p.name for p in f.parameters]) for f in LIBRARY.functions}
+    theirs = {f.key: (f.model, f.result, [p.name for p in f.parameters]) for f in reference.functions()}
+    assert theirs == ours
+
+
+def test_contexts_agree_on_what_they_ran_on():
+    plan = matrix.library_plan(LIBRARY, LIBRARY.find("lobe_alpha"), scenes=(), modes=("points",), contexts=gl.CONTEXTS, points=64)
+    outcome = matrix.run(plan)
+    assert outcome.passed and set(outcome.renderers) == set(gl.CONTEXTS)
+    assert all(row["renderer"] and row["renderer"] in outcome.renderers[row["context"]] for row in outcome.rows)
