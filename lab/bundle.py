@@ -1,4 +1,4 @@
-"""Exactly the functions asked for and what they call, as one text that compiles in any stage."""
+"""Exactly the functions and constants asked for and what they use, as one text that compiles in any stage."""
 
 from __future__ import annotations
 
@@ -21,17 +21,21 @@ TARGETS = {
 
 
 def bundle(catalogue: Catalogue, names: list[str], target: str | None = None) -> str:
-    """GLSL text of the named functions (all overloads of a name, or one key), in the order of the library.
+    """GLSL text of the named functions (all overloads of a name, or one key) and constants, in the library's order.
 
     target   one of TARGETS: puts its #version and precision in front; None for neither
     """
     if target is not None and target not in TARGETS:
         raise InputError(f"--target {target}: expected one of {', '.join(TARGETS)}")
-    functions = closure(catalogue, [f for name in names for f in catalogue.find(name)])
-    code = "\n\n".join(f"{f.header}\n{f.definition}" for f in functions)
-    constants = _constants(catalogue, "\n".join(f.definition for f in functions))
-    title = f"// Lobe {_version(catalogue)}: {', '.join(names)}. MIT-0. Each f is in 1/sr, without the cosine.\n"
-    return TARGETS.get(target, "") + title + "".join(f"{line}\n" for line in constants) + "\n" + code + "\n"
+    for name in names:
+        if name.startswith("LOBE_") and name not in catalogue.constants:
+            raise InputError(f"unknown constant '{name}': expected one of {', '.join(catalogue.constants)}")
+    functions = closure(catalogue, [f for n in names if n not in catalogue.constants for f in catalogue.find(n)])
+    constants = _constants(catalogue, "\n".join([*names, *(f.definition for f in functions)]))
+    convention = " Each f is in 1/sr, without the cosine." if functions else ""
+    title = f"// Lobe {_version(catalogue)}: {', '.join(names)}. MIT-0.{convention}\n"
+    code = "".join(f"\n{f.header}\n{f.definition}\n" for f in functions)
+    return TARGETS.get(target, "") + title + "".join(f"{line}\n" for line in constants) + code
 
 
 def closure(catalogue: Catalogue, wanted: list[Function]) -> list[Function]:

@@ -18,6 +18,7 @@ from .paths import GLSL
 WIDTHS = {"float": 1, "vec2": 2, "vec3": 3}
 PARAMETER_TYPES = {"float": "float", "cosine": "float", "color": "vec3", "vec3": "vec3"}  # as a header writes them
 KEYWORDS = ("param", "reciprocal", "energy", "normalised", "units", "source", "approximates")
+EXACT = "exact"  # what an approximation names when it stands for no other function
 MAX_UNITS = 16  # more needs a derivation beside it, which a `units` line says after the number
 
 _DEFINITION = re.compile(r"(float|vec[234]|mat[234]|bool|int|void) (\w+)\((.*)\) \{")
@@ -51,6 +52,21 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Approximation:
+    """What an approximation stands for: another function's name, or EXACT where the function's own reference is the exact
+    value; and the error it may make there, besides rounding."""
+
+    name: str
+    bound: float
+    is_relative: bool
+    where: str
+
+    def error(self, value):
+        """Allowed absolute error at exact values."""
+        return self.bound * abs(value) if self.is_relative else self.bound + 0.0 * value
+
+
+@dataclass(frozen=True)
 class Function:
     """One GLSL function with what its header states."""
 
@@ -69,7 +85,7 @@ class Function:
     reciprocal: str  # "yes", "no, ...", or "" where it does not apply
     energy: str  # "<= x", "no, ...", or ""
     normalised: str  # "yes", "no, ...", or ""
-    approximates: str
+    approximation: Approximation | None
     header: str  # the comment, verbatim
     definition: str  # the code, verbatim
 
@@ -269,7 +285,7 @@ def _parse_function(reader: _Reader, comment_start: int | None, start: int) -> t
 def _parse_header(reader: _Reader, start: int, stop: int) -> dict:
     """The header's facts, by the names of Function's fields; 'param' holds (line index, columns) by name."""
     facts = {"param": {}, "formula": [], "notes": [], "units_why": ""}
-    facts |= {k: "" for k in ("reciprocal", "energy", "normalised", "source", "approximates")} | {"units": 0}
+    facts |= {k: "" for k in ("reciprocal", "energy", "normalised", "source")} | {"units": 0, "approximation": None}
     if _KEYWORD_LINE.match(reader.lines[start]) or not re.match(r"// \S", reader.lines[start]):
         reader.fail(start, "a header begins with a sentence that says what the function is")
     facts["description"] = reader.lines[start][3:].strip()
@@ -302,8 +318,12 @@ def _parse_header(reader: _Reader, start: int, stop: int) -> dict:
             reader.fail(index, f"{word}  {value}: expected 'yes' or 'no, <why>'")
         elif word == "energy" and not re.match(r"<= \d+(\.\d+)?(, .+)?$|no, \S", value):
             reader.fail(index, f"energy  {value}: expected '<= <bound>' or 'no, <figure>'")
-        elif word == "approximates" and not re.match(r"\w+ {2,}max error \S", value):
-            reader.fail(index, f"approximates  {value}: expected 'NAME  max error <x>  <where>'")
+        elif word == "approximates":
+            stated = re.match(r"(\w+) {2,}max error (\d[\d.e-]*) (absolute|relative)(?:  (.+))?$", value)
+            if not stated:
+                reader.fail(index, f"approximates  {value}: expected '<function or exact>  max error <x> "
+                            "absolute|relative  <where>'")
+            facts["approximation"] = Approximation(stated[1], float(stated[2]), stated[3] == "relative", stated[4] or "")
         else:
             facts[word] = value
     return {k: tuple(v) if isinstance(v, list) else v for k, v in facts.items()}

@@ -64,12 +64,12 @@ def list_(names: Annotated[list[str], typer.Argument(help="Functions or files; a
 
 @app.command()
 def bundle(
-    names: Annotated[list[str], typer.Argument(help="Functions, e.g. lobe_GGX.")],
+    names: Annotated[list[str], typer.Argument(help="Functions and constants, e.g. lobe_GGX LOBE_F0_GOLD.")],
     target: Annotated[Optional[str], typer.Option("--target", help="Put this target's #version in front: 330, 410, "
                                                   "450, 460, 300es, 310es, 320es, vulkan.")] = None,
     output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Write here, not to stdout.")] = None,
 ):
-    """Print exactly the named functions and what they call."""
+    """Print exactly the named functions and constants, and what they use."""
     from . import commands
 
     commands.bundle(names, target, output)

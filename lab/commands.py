@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -104,10 +103,10 @@ def compare(functions, scene, mode, context, size, points, settings, mesh, metal
         plan = foreign_plan(library, against, glsl, call, units, options)
     else:
         plan = matrix.library_plan(library, chosen, **options)
-    images = partial(report.write_images, folder=out / "exr", every=keep)
+    images = report.Images(out / "exr", every=keep)
     with progress() as step:
         try:
-            outcome = matrix.run(plan, on_result=images, on_step=step)
+            outcome = matrix.run(plan, on_result=images.add, on_step=step)
         except gl.CompileError as error:
             raise InputError(compile_message(error, glsl)) from None
     page = report.write(outcome, plan, out)
@@ -171,7 +170,8 @@ def _facts(f: Function) -> dict:
     return {"function": f.name, "key": f.key, "signature": f.signature, "file": f"{f.stem}.glsl", "line": f.line,
             "kind": f.kind, "description": f.description, "formula": list(f.formula), "source": f.source,
             "reciprocal": f.reciprocal, "energy": f.energy, "normalised": f.normalised, "units": f.units,
-            "approximates": f.approximates, "parameters": [asdict(p) for p in f.parameters]}
+            "approximates": asdict(f.approximation) if f.approximation else None,
+            "parameters": [asdict(p) for p in f.parameters]}
 
 
 def bundle(names: list[str], target: str | None, output: Path | None) -> None:

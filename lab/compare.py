@@ -13,7 +13,7 @@ import numpy as np
 from lobe import reference
 
 from . import domain, geometry, gl, raster, scenes
-from .catalogue import Function
+from .catalogue import EXACT, Function
 from .errors import InputError
 
 FLOAT32_ROUNDOFF = 2.0**-24
@@ -60,7 +60,14 @@ class Result:
     row: dict  # as in the JSON
     case: Case
     got: np.ndarray | None  # [n, k] float32
-    units: np.ndarray | None  # [n, k]; 0 where undecided
+    units: np.ndarray | None  # [n, k]; 0 where undecided, and at edge pixels
+    image: np.ndarray | None = None  # [h, w, 3], the whole picture as OpenGL drew it; mode frame only
+    edge: np.ndarray | None = None  # [h, w], whether coverage or triangle differs; mode frame only
+
+
+def ratio(row: dict) -> float:
+    """The worst error over the allowed one."""
+    return row["max_units"] / row["units_allowed"]
 
 
 @dataclass(frozen=True)
@@ -96,15 +103,24 @@ def shading_case(function: Function, scene: scenes.Scene, size: int, settings: d
 def frame_case(function: Function, scene: scenes.Scene, size: int, settings: dict) -> Case:
     """What the reference sees when OpenGL rasterises the mesh itself: pixel centres, in double, no shadows.
 
-    OpenGL computes the cosine of the irradiance, too, so that its condition number counts here.
+    OpenGL computes the cosine of the irradiance and the place on the triangle, too, so that their condition counts here.
     """
     seen = scenes.pixels(scene, size, shadows=False)
     constants = parameter_values(function, scene, settings)
     available = {"N": seen.N, "T": seen.T, "V": seen.V, "L": seen.L} | constants
     shape = seen.L.shape[:2]
     inputs = {p.name: np.broadcast_to(np.asarray(available[p.name]), (*shape, p.width)) for p in function.parameters}
-    expected = reference_values(function, inputs, seen.E, _cosine_condition(seen.N, seen.L))
+    condition = _cosine_condition(seen.N, seen.L) + _foreshortening(scene, seen)
+    expected = reference_values(function, inputs, seen.E, condition)
     return Case(function, scene.name, "frame", inputs, seen.E, expected, constants, seen)
+
+
+def _foreshortening(scene: scenes.Scene, seen: scenes.Pixels) -> np.ndarray:
+    """How much farther a point on each pixel's triangle moves than its picture does, [n, 1]: 1 / |Ng.V|."""
+    mesh = scenes.load_mesh(scene.mesh)
+    a, b, c = (mesh.vertices[mesh.faces[seen.primitive, k]] for k in range(3))
+    cosine = np.abs(geometry.dot(geometry.normalize(np.cross(b - a, c - a)), seen.V))
+    return 1 / np.maximum(cosine, FLOAT32_ROUNDOFF)
 
 
 def _cosine_condition(N: np.ndarray, L: np.ndarray) -> np.ndarray:
@@ -131,6 +147,11 @@ def parameter_values(function: Function, scene: scenes.Scene, settings: dict) ->
 
 
 def _in_domain(function: Function, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    """Weights [lights, n, 3]: 0 for a light for which an input is out of the header's range, else 1.
+
+    The shader evaluates such a light all the same, and 0 times infinity or NaN is NaN: so that the value stays finite
+    beyond the range, too, is tested.
+    """
     inside = np.ones((*next(iter(inputs.values())).shape[:2], 1), bool)
     for p in function.parameters:
         if p.kind in ("float", "cosine"):
@@ -156,9 +177,11 @@ def reference_values(function: Function, inputs: dict[str, np.ndarray], weights:
     lights, count = next(iter(inputs.values())).shape[:2]
     f = reference.evaluate(function.key, packed).reshape(lights, count, -1)
     kappa = reference.condition(function.key, packed).reshape(f.shape) + weight_condition
-    if weights is not None:
-        f = f * weights[..., : f.shape[-1]]
-    return Values(f.sum(0), FLOAT32_ROUNDOFF * ((1 + kappa) * np.abs(f)).sum(0), kappa.max(0))
+    weight = np.ones_like(f) if weights is None else weights[..., : f.shape[-1]]
+    error = FLOAT32_ROUNDOFF * (1 + kappa) * np.abs(f)
+    if (stated := function.approximation) and stated.name == EXACT:
+        error = error + stated.error(f) / function.units
+    return Values((f * weight).sum(0), (error * np.abs(weight)).sum(0), kappa.max(0))
 
 
 def units_of(got: np.ndarray, expected: Values) -> np.ndarray:
@@ -188,22 +211,23 @@ def compare(case: Case, shader: Shader, context: gl.Context) -> Result:
     return Result(row, case, got, units)
 
 
-def compare_frame(case: Case, scene: scenes.Scene, size: int, shader: Shader, context: gl.Context) -> Result:
+def compare_frame(case: Case, scene: scenes.Scene, shader: Shader, context: gl.Context) -> Result:
     """Lets OpenGL rasterise the mesh itself and measures its pixels against a frame_case."""
     seen = case.picture
     with context:
-        image, primitive = raster.draw(context, scene, size, shader.source, shader.call, shader.result, case.parameters)
+        image, primitive = raster.draw(context, scene, len(seen.mask), shader.source, shader.call, shader.result, case.parameters)
     got, drawn = image[seen.mask], primitive[seen.mask]
     units = units_of(got, case.reference)
-    edge = drawn != seen.primitive
-    units[edge] = 0.0
+    edge = (primitive >= 0) != seen.mask
+    edge[seen.mask] = drawn != seen.primitive
+    units[edge[seen.mask]] = 0.0
     row = _row(case, shader, context, got, units, FRAME_UNITS)
-    row["edge_pixels"] = int(edge.sum() + ((primitive >= 0) & ~seen.mask).sum())
+    row["edge_pixels"] = int(edge.sum())
     row["pass"] = (row["nonfinite"] == 0 and row["max_units"] <= FRAME_UNITS
                    and row["edge_pixels"] <= MAX_EDGE * row["pixels"])
     if scene.name == scenes.SHOWN:
         row["flip"] = flip(seen.picture(case.reference.value), image)
-    return Result(row, case, got, units)
+    return Result(row, case, got, units, image, edge)
 
 
 def flip(expected: np.ndarray, got: np.ndarray) -> float:

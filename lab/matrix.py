@@ -12,6 +12,7 @@ from .compare import Case, Result, Shader
 from .errors import InputError
 
 MODES = ("points", "shading", "frame")
+SMALLEST_FRAME = 256  # below it too many triangles slip between a rasteriser's 1/256 of a pixel
 SEED = 20260
 
 
@@ -46,17 +47,19 @@ class Plan:
 
 @dataclass
 class Outcome:
-    """All rows, and per function and context the results worth showing: its picture, its worst scene, its failures."""
+    """All rows, and the results worth showing: per function and context its picture, its worst scene, its worst point
+    and its frame; and the worst failure of a function in a mode, for the functions and modes that fail worst."""
 
     rows: list[dict] = field(default_factory=list)
     renderers: dict[str, str] = field(default_factory=dict)
     shown: dict[tuple[str, str], Result] = field(default_factory=dict)
     worst: dict[tuple[str, str], Result] = field(default_factory=dict)
     worst_point: dict[tuple[str, str], Result] = field(default_factory=dict)
-    failures: list[Result] = field(default_factory=list)
+    frame: dict[tuple[str, str], Result] = field(default_factory=dict)
+    failures: dict[tuple[str, str], Result] = field(default_factory=dict)  # by function and mode
     seconds: float = 0.0
 
-    MOST_FAILURES_KEPT = 40
+    MOST_FAILURES = 12
 
     @property
     def passed(self) -> bool:
@@ -66,15 +69,27 @@ class Outcome:
         row = result.row
         self.rows.append(row)
         key = (row["function"], row["context"])
-        if not row["pass"] and len(self.failures) < self.MOST_FAILURES_KEPT:
-            self.failures.append(result)
+        if not row["pass"]:
+            self._add_failure(result)
         if row["mode"] == "points":
             self.worst_point[key] = result
+        if row["mode"] == "frame" and (row["scene"] == scenes.SHOWN or key not in self.frame):
+            self.frame[key] = result
         if row["mode"] == "shading":
             if row["scene"] == scenes.SHOWN or key not in self.shown:
                 self.shown[key] = result
             if key not in self.worst or row["max_units"] > self.worst[key].row["max_units"]:
                 self.worst[key] = result
+
+    def _add_failure(self, result: Result) -> None:
+        def severity(key):
+            return compare.ratio(self.failures[key].row)
+
+        key = (result.row["function"], result.row["mode"])
+        if key not in self.failures or compare.ratio(result.row) > severity(key):
+            self.failures[key] = result
+        if len(self.failures) > self.MOST_FAILURES:
+            del self.failures[min(self.failures, key=severity)]
 
 
 def library_plan(catalogue: Catalogue, functions: tuple[Function, ...], **options) -> Plan:
@@ -99,7 +114,7 @@ def run(plan: Plan, on_result: Callable[[Result], None] = lambda result: None,
         on_step(f"{shader.label} {mode} {scene.name if scene else ''}", done, len(cells))
         case = _case(plan, function, mode, scene)
         for context in contexts:
-            result = _compare(case, shader, context, scene, plan.size)
+            result = _compare(case, shader, context, scene)
             outcome.add(result)
             on_result(result)
     outcome.seconds = time.perf_counter() - started
@@ -109,11 +124,12 @@ def run(plan: Plan, on_result: Callable[[Result], None] = lambda result: None,
 def _case(plan: Plan, function: Function, mode: str, scene: scenes.Scene | None) -> Case:
     if mode == "points":
         return compare.points_case(function, plan.points, plan.settings, SEED)
-    make = compare.shading_case if mode == "shading" else compare.frame_case
-    return make(function, scene, plan.size, plan.settings)
+    if mode == "shading":
+        return compare.shading_case(function, scene, plan.size, plan.settings)
+    return compare.frame_case(function, scene, max(plan.size, SMALLEST_FRAME), plan.settings)
 
 
-def _compare(case: Case, shader: Shader, context: gl.Context, scene: scenes.Scene | None, size: int) -> Result:
+def _compare(case: Case, shader: Shader, context: gl.Context, scene: scenes.Scene | None) -> Result:
     if case.mode == "frame":
-        return compare.compare_frame(case, scene, size, shader, context)
+        return compare.compare_frame(case, scene, shader, context)
     return compare.compare(case, shader, context)

@@ -55,6 +55,15 @@ class Window:
         """x, y in the window of a pixel's centre."""
         return (column + 0.5 - self._columns.start) / self.factor, (row + 0.5 - self._rows.start) / self.factor
 
+    def runs(self, marked: np.ndarray) -> list[tuple[float, float, float, float]]:
+        """x, y, width, height in the window of each horizontal run of marked pixels of an image [h, w]."""
+        change = np.diff(np.pad(marked.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+        rows, starts = np.nonzero(change == 1)
+        ends = np.nonzero(change == -1)[1]
+        x, width = (starts - self._columns.start) / self.factor, (ends - starts) / self.factor
+        y = (rows - self._rows.start) / self.factor
+        return [(*place, 1 / self.factor) for place in zip(x.tolist(), y.tolist(), width.tolist())]
+
     def _blocks(self, image: np.ndarray) -> np.ndarray:
         """[h, w, ...] to [rows, columns, factor * factor, ...], the last blocks filled up with 0."""
         part, f = image[self._rows, self._columns], self.factor

@@ -15,11 +15,12 @@ import numpy as np
 
 from . import catalogue, compare, files, geometry, pictures
 from .catalogue import Function
-from .compare import Result
+from .compare import Result, ratio
+from .errors import InputError
 from .matrix import Outcome, Plan
 
 LONGEST, THUMBNAIL = 320, 112  # pixels that a side of a picture may have in the page
-MOST_FAILURES_DRAWN = 12
+LIST = "lobe-images.txt"  # names the images of a run, in their folder
 PARTS = ("shader", "reference", "difference")
 CHANNELS = {1: ("",), 2: ("x", "y"), 3: ("R", "G", "B")}
 
@@ -60,16 +61,46 @@ def _summary_line(name: str, rows: list[dict]) -> tuple[str, ...]:
             "pass" if worst["pass"] else f"FAIL: {reason(worst)}")
 
 
-def write_images(result: Result, folder: Path, every: bool) -> None:
-    """Writes shader, reference and difference as OpenEXR where a result fails, or of every result with a picture."""
-    seen = result.case.picture
-    if seen is None or (result.row["pass"] and not every):
-        return
-    expected = result.case.reference.value
-    with np.errstate(invalid="ignore"):
-        values = (result.got, expected, result.got - expected)
-    for name, part in zip(image_names(result.row), values):
-        files.write_exr(Path(folder) / name, {"RGB": pictures.rgb(seen.picture(part.astype(np.float32)))})
+class Images:
+    """Writes a run's images into a folder: shader, reference and difference of each failing result, or of every one.
+
+    The images of the run before are removed at the first result, which bad arguments never reach. A list in the folder
+    tells them from files that the user put there. It names an image before there is one, so that an interrupted run
+    leaves none unlisted.
+    """
+
+    def __init__(self, folder: Path, every: bool):
+        self._folder, self._every = Path(folder), every
+        self._names: list[str] | None = None  # of this run; None before its first result
+
+    def add(self, result: Result) -> None:
+        """Writes the images of a result as OpenEXR, if it has a picture."""
+        if self._names is None:
+            self._remove_listed()
+            self._names = []
+        seen = result.case.picture
+        if seen is None or (result.row["pass"] and not self._every):
+            return
+        expected, names = result.case.reference.value, image_names(result.row)
+        with np.errstate(invalid="ignore"):
+            values = (result.got, expected, result.got - expected)
+        self._names += names
+        files.write_text(self._folder / LIST, "\n".join(self._names))
+        for name, part in zip(names, values):
+            files.write_exr(self._folder / name, {"RGB": pictures.rgb(seen.picture(part.astype(np.float32)))})
+
+    def _remove_listed(self) -> None:
+        images = self._folder / LIST
+        if not images.is_file():
+            return
+        try:
+            for name in images.read_text(encoding="utf-8", errors="replace").splitlines():
+                if re.fullmatch(rf"[\w.-]+-({'|'.join(PARTS)})\.exr", name):  # no path out of the folder
+                    (self._folder / name).unlink(missing_ok=True)
+            images.unlink()
+        except OSError as error:
+            raise InputError(f"{self._folder}: images of an earlier run cannot be removed ({error.strerror}); "
+                             "choose another folder, or change its permissions") from None
 
 
 def image_names(row: dict) -> list[str]:
@@ -110,10 +141,6 @@ def _aligned(lines: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
 # --- rows ------------------------------------------------------------------------------------------------------------
 
 
-def ratio(row: dict) -> float:
-    return row["max_units"] / row["units_allowed"]
-
-
 def reason(row: dict) -> str:
     """Why a row fails, in words."""
     reasons = []
@@ -148,6 +175,7 @@ class Entry:
     foreign: bool
     rows: list[dict]
     views: list[View]  # of its shown and its worst scene
+    frame: View | None  # of a lobe, rasterised by OpenGL
     point: Worst | None  # the worst of mode points
     same_bits: bool  # whether all contexts drew the same numbers in the shown scene
 
@@ -200,9 +228,11 @@ def _entry(outcome: Outcome, plan: Plan, function: Function) -> Entry:
         if result and result.case.scene not in chosen:
             chosen[result.case.scene] = (result, caption)
     longest = LONGEST if function.kind == "lobe" else THUMBNAIL
+    frame = _of_worst_context(outcome.frame, shader.label)
     point = _of_worst_context(outcome.worst_point, shader.label)
     return Entry(function, shader.label, shader.model == "foreign", rows,
                  [View.of(result, caption, longest) for result, caption in chosen.values()],
+                 View.of(frame, "Frame:", longest) if frame else None,
                  Worst.of(point) if point else None,
                  len(drawn) > 1 and all(np.array_equal(drawn[0].got, r.got) for r in drawn))
 
@@ -233,16 +263,11 @@ def _totals(outcome: Outcome, entries: list[Entry]) -> dict:
 
 
 def _failures(outcome: Outcome) -> list[dict]:
-    """Each failing row, worst first, with its reason and images; the worst of each function and mode drawn."""
-    kept = {id(r.row): r for r in outcome.failures}
+    """Each failing row, worst first, with its reason and images; those that the outcome kept are drawn."""
+    kept = {id(r.row): r for r in outcome.failures.values()}
     failing = sorted((row for row in outcome.rows if not row["pass"]), key=ratio, reverse=True)
-    worst = {}
-    for row in failing:
-        if id(row) in kept:
-            worst.setdefault((row["function"], row["mode"]), id(row))
-    drawn = list(worst.values())[:MOST_FAILURES_DRAWN]
     return [{"row": row, "reason": reason(row), "images": image_names(row),
-             "shown": _failure_view(kept[id(row)]) if id(row) in drawn else None} for row in failing]
+             "shown": _failure_view(kept[id(row)]) if id(row) in kept else None} for row in failing]
 
 
 def _failure_view(result: Result) -> View | Worst:
@@ -326,6 +351,7 @@ class View:
     images     data URIs of shader, reference, difference and, where the result fails, relative difference
     width, height  of each, in their own pixels; factor pixels of the comparison became one
     mark       x, y of the worst pixel in the pictures; pixel (column, row) in the comparison
+    edges      x, y, width, height in the pictures of each run of edge pixels
     limit      units at the ends of the difference's scale; relative_limit likewise, None without that picture
     exposure   by which the values are divided before they are shown
     """
@@ -338,6 +364,7 @@ class View:
     factor: int
     mark: tuple[float, float]
     pixel: tuple[int, int]
+    edges: list[tuple[float, float, float, float]]
     limit: float
     relative_limit: float | None
     exposure: float
@@ -347,11 +374,13 @@ class View:
     @staticmethod
     def of(result: Result, caption: str, longest: int) -> View:
         case, seen, row = result.case, result.case.picture, result.row
-        window = pictures.Window(seen.mask, longest)
+        edge = np.zeros_like(seen.mask) if result.edge is None else result.edge
+        drawn = seen.picture(result.got) if result.image is None else result.image
+        window = pictures.Window(seen.mask | edge, longest)
         exposure = _exposure(case)
         limit = pictures.difference_limit(result.units, row["units_allowed"])
         signed = window.extreme(seen.picture(_signed_units(result))[..., 0])
-        images = {"shader": pictures.shown(window.mean(seen.picture(result.got)) / exposure, window.mask),
+        images = {"shader": pictures.shown(window.mean(drawn) / exposure, window.mask),
                   "reference": pictures.shown(window.mean(seen.picture(case.reference.value)) / exposure, window.mask),
                   "difference": pictures.diverging(signed, window.mask, limit, row["units_allowed"])}
         relative_limit = None
@@ -363,7 +392,7 @@ class View:
         y, x = (int(i) for i in np.argwhere(seen.mask)[worst.place])
         height, width = window.mask.shape
         return View(caption, row, {part: pictures.data_uri(image) for part, image in images.items()}, width, height,
-                    window.factor, window.place(y, x), (x, y), limit, relative_limit, exposure,
+                    window.factor, window.place(y, x), (x, y), window.runs(edge), limit, relative_limit, exposure,
                     pictures.histogram(result.units, row["units_allowed"]), worst)
 
 

@@ -1,4 +1,4 @@
-"""Metals from measured spectra: complex index of refraction -> reflectance at normal incidence in linear sRGB."""
+"""From measured spectra to colours: complex index of refraction -> reflectance -> linear sRGB."""
 
 import csv
 import functools
@@ -7,10 +7,9 @@ import numpy as np
 
 from .errors import InputError
 from .files import read_bytes
-from .paths import DATA
 
 VISIBLE_UM = (0.38, 0.78)
-METALS = {"aluminium": "Al_McPeak.csv", "gold": "Au_Johnson.csv"}
+WAVELENGTHS_NM = np.arange(380.0, 781.0)
 _COLUMNS = ("wavelength_um", "n", "k")
 
 
@@ -68,36 +67,37 @@ def reflectance(n, k):
     return ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
 
 
-def f0_linear_srgb(source):
-    """
-    Linear sRGB of the reflectance at normal incidence under illuminant D65, for the CIE 1931 2 degree observer.
-
-    source  path of a table for read_nk, or its result (wavelength [um], n, k)
-    Returns float64 [3]; a perfect mirror has (1, 1, 1). Colours outside the gamut keep components below 0 or above 1.
-
-    n and k, which vary slowly, are interpolated linearly to 1 nm; so is D65, as CIE 15 defines it between its 5 nm.
-    """
-    import colour  # takes 0.8 s, so only who needs it waits
-
-    wavelength, n, k = source if isinstance(source, tuple) else read_nk(source)
-    grid = np.arange(380.0, 781.0)
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    light = colour.SDS_ILLUMINANTS["D65"]
-    seen = np.interp(grid, light.wavelengths, light.values) * [
-        np.interp(grid, observer.wavelengths, curve) for curve in observer.values.T
-    ]
-    mirror = reflectance(*(np.interp(grid / 1000, wavelength, values) for values in (n, k)))
-    to_rgb = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB
-    return to_rgb @ (seen @ mirror) / (to_rgb @ seen.sum(axis=1))
+def sampled(source):
+    """n and k at WAVELENGTHS_NM, interpolated linearly. `source` is a table's path, or what read_nk returns of it."""
+    wavelength, *values = source if isinstance(source, tuple) else read_nk(source)
+    return tuple(np.interp(WAVELENGTHS_NM / 1000, wavelength, v) for v in values)
 
 
 @functools.cache
-def _metal_f0(name):
-    return tuple(f0_linear_srgb(DATA / "ior" / METALS[name]))
+def _response():
+    """What a reflectance of 1 at each of WAVELENGTHS_NM adds to red, green and blue, [3,w]; each row sums to 1."""
+    import colour  # takes 0.8 s, so only who needs it waits
+
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    light = colour.SDS_ILLUMINANTS["D65"]  # linear between its 5 nm, as CIE 15 defines it
+    seen = np.interp(WAVELENGTHS_NM, light.wavelengths, light.values) * [
+        np.interp(WAVELENGTHS_NM, observer.wavelengths, curve) for curve in observer.values.T
+    ]
+    rgb = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB @ seen
+    return rgb / rgb.sum(axis=1, keepdims=True)
 
 
-def metal_f0(name):
-    """Linear sRGB of a metal of METALS at normal incidence, float64 [3]."""
-    if name not in METALS:
-        raise InputError(f"unknown metal {name!r}; known: {', '.join(METALS)}")
-    return np.array(_metal_f0(name))
+def linear_srgb(spectrum):
+    """
+    Linear sRGB of a reflectance under illuminant D65, for the CIE 1931 2 degree observer.
+
+    spectrum  reflectance at WAVELENGTHS_NM, [w] or [w,n]
+    Returns float64 [3] or [3,n]; a perfect mirror has (1, 1, 1). Colours outside the gamut keep components below 0 or
+    above 1.
+    """
+    return _response() @ spectrum
+
+
+def f0_linear_srgb(source):
+    """Linear sRGB of the reflectance at normal incidence, float64 [3]. `source` as for sampled."""
+    return linear_srgb(reflectance(*sampled(source)))

@@ -53,6 +53,16 @@ def test_bundle_holds_nothing_that_is_not_needed(tmp_path, name):
         assert len(re.findall(rf"\b{constant}\b", text)) > 1, f"{constant} is not used"
 
 
+def test_constants_are_bundled_by_name(tmp_path):
+    for target in bundle.TARGETS:
+        text = bundle.bundle(LIBRARY, ["LOBE_F0_GOLD", "LOBE_K_GOLD"], target)
+        assert compiles(tmp_path, text, target) == ""
+        assert re.findall(r"^const \w+ (\w+)", text, re.M) == ["LOBE_F0_GOLD", "LOBE_K_GOLD"] and "lobe_" not in text
+    mixed = bundle.bundle(LIBRARY, ["lobe_F_Schlick", "LOBE_F0_GOLD"])
+    assert LIBRARY.constants["LOBE_F0_GOLD"] in mixed
+    assert mixed.endswith(bundle.bundle(LIBRARY, ["lobe_F_Schlick"]).partition("\n")[2])
+
+
 def test_bundle_in_other_stages(tmp_path):
     text = bundle.bundle(LIBRARY, ["lobe_GGX"], "450") + "\nvoid main() {}\n"
     for stage in ("vert", "frag", "comp"):
@@ -76,8 +86,10 @@ def test_no_forbidden_constructs():
         assert not integers, f"{file.stem}.glsl has literals without a dot: {integers}"
 
 
-def test_unknown_target_and_function():
+def test_unknown_target_function_and_constant():
     with pytest.raises(InputError, match="--target 440: expected one of 330, 410"):
         bundle.bundle(LIBRARY, ["lobe_GGX"], "440")
     with pytest.raises(InputError, match="unknown function"):
         bundle.bundle(LIBRARY, ["lobe_Nothing"])
+    with pytest.raises(InputError, match="unknown constant 'LOBE_F0_MITHRIL': expected one of .*LOBE_F0_GOLD"):
+        bundle.bundle(LIBRARY, ["LOBE_F0_MITHRIL"])

@@ -79,6 +79,7 @@ BROKEN = {
     "units without why": ("// units       16, a series", "// units       16", "', why'"),
     "reciprocal": ("reciprocal  yes", "reciprocal  perhaps", "'yes' or 'no, <why>'"),
     "energy": ("<= 1.5, at grazing", "fine", "<= <bound>"),
+    "approximates": ("// units       16", "// approximates  lobe_Test  max error small\n// units       16", "absolute|relative"),
     "prefix": ("vec3 lobe_Test", "vec3 Test", "begins with lobe_"),
     "double underscore": ("vec3 lobe_Test", "vec3 lobe__Test", "double underscore"),
     "no header": (HEADER, "\n", "no header"),

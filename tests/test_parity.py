@@ -55,7 +55,7 @@ def test_shading(function, scene, context, capsys):
 @pytest.mark.parametrize("function", [f for f in SHADED if f.kind == "lobe"], ids=lambda f: f.key)
 def test_frame(function, scene, context):
     place = scenes.find(scene)
-    row = compare.compare_frame(compare.frame_case(function, place, 256, {}), place, 256, shader(function), context).row
+    row = compare.compare_frame(compare.frame_case(function, place, 256, {}), place, shader(function), context).row
     assert row["pass"], row
 
 

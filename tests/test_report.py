@@ -2,12 +2,12 @@
 
 import re
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
-from lobe.lab import catalogue, compare, files, matrix, pictures, report, scenes
+from lobe.lab import catalogue, compare, files, gl, matrix, pictures, report, scenes
+from lobe.lab.errors import InputError
 
 MOST_BYTES = 30_000_000
 NAMES = ("lobe_Lambert", "lobe_F_Schlick", "lobe_alpha")
@@ -21,7 +21,7 @@ def run(shader_of=None, names=NAMES, folder=None, every=False, **options):
     options = {"scenes": places, "size": 32, "points": 64} | options
     plan = matrix.library_plan(library, functions, **options)
     plan = replace(plan, shader_of=shader_of) if shader_of else plan
-    on_result = partial(report.write_images, folder=folder, every=every) if folder else lambda result: None
+    on_result = report.Images(folder, every).add if folder else lambda result: None
     return plan, matrix.run(plan, on_result=on_result)
 
 
@@ -104,7 +104,7 @@ def test_failures_come_first_with_their_images(failed):
     named = {name for row in outcome.rows if not row["pass"] for name in report.image_names(row)}
     assert len(named) == 6
     assert all(f'href="exr/{name}"' in text for name in named)
-    assert {p.name for p in (folder / "exr").iterdir()} == named
+    assert {p.name for p in (folder / "exr").glob("*.exr")} == named
 
 
 def test_images_hold_shader_reference_and_difference(failed):
@@ -121,7 +121,93 @@ def test_images_of_passing_results_are_kept_on_request(tmp_path):
     run(folder=tmp_path / "failures", **options)
     assert not (tmp_path / "failures").exists()
     run(folder=tmp_path / "all", every=True, **options)
-    assert len(list((tmp_path / "all").iterdir())) == 3
+    assert len(list((tmp_path / "all").glob("*.exr"))) == 3
+
+
+def test_images_of_the_run_before_are_removed_and_no_other_file(tmp_path):
+    lambertian = dict(names=("lobe_Lambert",), folder=tmp_path / "exr", modes=("shading",))
+    run(every=True, **lambertian)
+    first = set(tmp_path.rglob("*-shader.exr"))
+    mine = {tmp_path / "exr" / name for name in ("mine.exr", "my-lobe_Lambert-shader.exr", "notes.txt")}
+    outside = tmp_path / "outside-shader.exr"
+    for path in (*mine, outside):
+        path.touch()
+    with (tmp_path / "exr" / report.LIST).open("a") as listed:
+        listed.write("\n../outside-shader.exr\nnotes.txt\n")
+    run(every=True, scenes=(scenes.find("sphere-point"),), **lambertian)
+    second = set(tmp_path.rglob("*-sphere-point-*.exr"))
+    assert len(first) == 2 and len(second) == 3 and outside.exists()
+    assert set((tmp_path / "exr").iterdir()) == second | mine | {tmp_path / "exr" / report.LIST}
+    run(**lambertian)
+    assert set((tmp_path / "exr").iterdir()) == mine
+
+
+def test_bad_arguments_remove_no_image(tmp_path):
+    lambertian = dict(names=("lobe_Lambert",), folder=tmp_path, modes=("shading",))
+    run(every=True, **lambertian)
+    before = set(tmp_path.iterdir())
+    with pytest.raises(InputError):
+        run(**lambertian | {"modes": ("frame",)})  # no scene has a mesh
+    with pytest.raises(gl.CompileError):
+        run(wrong("unknown(N)"), **lambertian)
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_the_worst_failures_are_kept(monkeypatch):
+    monkeypatch.setattr(matrix.Outcome, "MOST_FAILURES", 3)
+    outcome = matrix.Outcome()
+    units = {"a": (9, 70), "b": (80, 20), "c": (10,), "d": (60,), "e": (12, 11, 50)}
+    for turn in range(3):
+        for function, worst in units.items():
+            if turn < len(worst):
+                row = {"function": function, "context": "egl", "mode": "points", "pass": False, "units_allowed": 8,
+                       "max_units": worst[turn]}
+                outcome.add(compare.Result(row, None, None, None))
+    kept = {function: result.row["max_units"] for (function, _), result in outcome.failures.items()}
+    assert kept == {"a": 70, "b": 80, "d": 60}
+
+
+@pytest.fixture(scope="module")
+def frames():
+    places = tuple(scenes.find(name) for name in ("bunny-point", scenes.SHOWN, "bunny-four"))
+    return run(names=("lobe_Lambert",), scenes=places, size=64, modes=("frame",))
+
+
+def test_edge_pixels_are_those_counted(frames):
+    _, outcome = frames
+    (result,) = outcome.frame.values()
+    seen = result.case.picture
+    assert result.row["scene"] == scenes.SHOWN and result.row["flip"] is not None
+    assert result.edge.shape == seen.mask.shape and result.edge.sum() == result.row["edge_pixels"]
+    assert not result.units[result.edge[seen.mask]].any()
+    np.testing.assert_array_equal(result.image[seen.mask], result.got)
+    assert not result.image[~seen.mask & ~result.edge].any()
+
+
+def test_page_shows_the_frame_and_squares_its_edge_pixels(frames, tmp_path):
+    plan, outcome = frames
+    ((key, result),) = outcome.frame.items()
+    edge = np.zeros_like(result.edge)
+    edge[0, :3] = edge[63, 63] = True  # outside the reference's mask, too
+    row = result.row | {"edge_pixels": 4}
+    shown = replace(outcome, frame={key: replace(result, edge=edge, row=row)})
+    text = report.write(shown, plan, tmp_path).read_text()
+    assert f"Frame: {scenes.SHOWN}" in text
+    assert f"4 of {row['pixels']:,}, {4 / row['pixels']:.3%}" in text
+    assert f"<dd>{report.number(row['flip'])}</dd>" in text
+    squares = re.search(r'class="ring edge" d="([^"]*)"', text)[1]
+    assert squares.startswith("M-1.00 -1.00h5.00v3.00H-1.00z") and squares.count("z") == 2
+
+
+def test_runs_of_edge_pixels_lie_on_them():
+    mask = np.zeros((64, 64), bool)
+    mask[8:56, 8:56] = True
+    marked = np.zeros_like(mask)
+    marked[20, 10:13] = marked[20, 40] = marked[63, 63] = True
+    window = pictures.Window(mask, 26)
+    assert window.factor == 2
+    x, y = window.place(20, 10)
+    assert window.runs(marked)[:2] == [(x - 0.25, y - 0.25, 1.5, 0.5), (x + 14.75, y - 0.25, 0.5, 0.5)]
 
 
 def test_nan_does_not_break_the_page(tmp_path):
