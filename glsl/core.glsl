@@ -44,13 +44,38 @@ float lobe_alpha(float roughness) {
     return r * r;
 }
 
+// Half vector of two directions, V + L, freed of what their unequal lengths put into it. Not normalised.
+//   H = V + L
+// units   8
+// source  Torrance, Sparrow 1967
+// Why this form: float32 directions are up to 1e-7 too long or too short. Near grazing, where V + L is short, that
+// turns the half vector by more than a narrow lobe is wide. Unit V and L have (V + L).(V - L) = 0; what the sum has
+// along V - L comes from unequal lengths and is taken out.
+vec3 lobe_H(vec3 V, vec3 L) {
+    vec3 H = V + L, across = V - L;
+    return H - 0.25 * dot(H, across) * across;
+}
+
+// Cosines of two directions, (NdotV, NdotL), whose sum is N.H to its last digits.
+//   NdotV = N.V, NdotL = N.L;   H = lobe_H(V, L)
+// units   8
+// source  N.H = N.V + N.L
+// Why this form: where V and L are grazing and nearly opposite, each product is rounding noise beside the sum, which rules
+// masking as it rules the distribution. There the larger one is what the smaller leaves of N.H.
+vec2 lobe_cosines(vec3 N, vec3 V, vec3 L, vec3 H) {
+    vec2 c = vec2(dot(N, V), dot(N, L));
+    if (dot(H, H) > 0.25) return c;
+    float NdotH = dot(N, H);
+    return abs(c.x) < abs(c.y) ? vec2(c.x, NdotH - c.x) : vec2(NdotH - c.y, c.y);
+}
+
 // Cosine between either direction and the half vector between them.
 //   L.H = V.H = |V + L| / 2
 // units   8
 // source  Kelemen, Szirmay-Kalos 2001, section 2
 // Why this form: dot(L, normalize(V + L)) is wrong by 14 % where L is 0.06 degrees from -V, and NaN at L = -V.
 float lobe_LdotH(vec3 V, vec3 L) {
-    return 0.5 * length(V + L);
+    return 0.5 * length(lobe_H(V, L));
 }
 
 // Squared sine between the normal and a half vector of any length; 0 for a null one.

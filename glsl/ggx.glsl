@@ -48,6 +48,22 @@ float lobe_D_GGX(vec3 N, vec3 H, float alpha) {
     return k * k * LOBE_INV_PI;
 }
 
+// GGX distribution of facet normals with a width along each tangent.
+//   D = 1 / (pi alphaX alphaY (TdotH^2 / alphaX^2 + BdotH^2 / alphaY^2 + NdotH^2)^2)  [1/sr]
+// param  NdotH   cosine  1e-6..1  0.9   cosine between the normal and the half vector
+// param  alphaX  float   1e-4..4  0.25  microfacet width along T
+// param  alphaY  float   1e-4..4  0.25  microfacet width along B
+// normalised  yes
+// units       8
+// source      Burley 2012, section B.2; Heitz 2014, eq. 85
+float lobe_D_GGX_aniso(float NdotH, float TdotH, float BdotH, float alphaX, float alphaY) {
+    vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
+    vec2 slope = clamp(vec2(TdotH, BdotH), -1.0, 1.0) / a;
+    float c = clamp(NdotH, -1.0, 1.0);
+    float k = 1.0 / max(dot(slope, slope) + c * c, 1e-14);
+    return k * k * LOBE_INV_PI / (a.x * a.y);
+}
+
 // Smith masking of one direction over GGX facets.
 //   G1 = 2 c / (c + sqrt(c^2 + alpha^2 (1 - c^2))),   c = NdotX
 // param  NdotX  cosine  1e-6..1  0.7  cosine of the direction
@@ -75,6 +91,17 @@ float lobe_G2_GGX(float NdotV, float NdotL, float alpha) {
     return 2.0 * c.x * c.y / max(dot(c, g.yx), LOBE_SMALLEST_DIVISOR);
 }
 
+// Smith masking and shadowing of GGX facets, taken for independent. Darker than the correlated form.
+//   G2 = G1(NdotV) G1(NdotL)
+// param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
+// param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
+// param  alpha  float   0..4     0.25  microfacet width
+// units   8
+// source  Walter et al. 2007, eq. 23
+float lobe_G2_GGX_separable(float NdotV, float NdotL, float alpha) {
+    return lobe_G1_GGX(NdotV, alpha) * lobe_G1_GGX(NdotL, alpha);
+}
+
 // Visibility of GGX facets: height-correlated Smith masking over the foreshortening.
 //   V = G2 / (4 NdotV NdotL) = 1 / (2 (NdotL g(NdotV) + NdotV g(NdotL))),   g(c) = sqrt(c^2 + alpha^2 (1 - c^2))
 // param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
@@ -90,6 +117,51 @@ float lobe_V_GGX(float NdotV, float NdotL, float alpha) {
     return 0.5 / max(dot(c, g.yx), LOBE_SMALLEST_DIVISOR);
 }
 
+// Visibility of GGX facets: separable Smith masking over the foreshortening.
+//   V = 1 / ((NdotV + g(NdotV)) (NdotL + g(NdotL))),   g(c) = sqrt(c^2 + alpha^2 (1 - c^2))
+// param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
+// param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
+// param  alpha  float   0..4     0.25  microfacet width
+// units   8
+// source  Walter et al. 2007, eq. 23, 34
+float lobe_V_GGX_separable(float NdotV, float NdotL, float alpha) {
+    vec2 c = clamp(vec2(NdotV, NdotL), 0.0, 1.0);
+    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX);
+    vec2 g = c + sqrt(c * c + a * a * (1.0 - c * c));
+    return 1.0 / max(g.x * g.y, LOBE_SMALLEST_DIVISOR);
+}
+
+// Visibility of GGX facets with a width along each tangent: height-correlated Smith masking over the foreshortening.
+//   V = 1 / (2 (NdotL g(V) + NdotV g(L))),   g(X) = sqrt(NdotX^2 + (alphaX TdotX)^2 + (alphaY BdotX)^2)
+// param  NdotV   cosine  1e-6..1  0.7   cosine of the view direction
+// param  NdotL   cosine  1e-6..1  0.7   cosine of the light direction
+// param  alphaX  float   0..4     0.25  microfacet width along T
+// param  alphaY  float   0..4     0.25  microfacet width along B
+// units   8
+// source  Heitz 2014, eq. 86, 99
+float lobe_V_GGX_aniso(float NdotV, float NdotL, float TdotV, float BdotV, float TdotL, float BdotL, float alphaX,
+                       float alphaY) {
+    vec2 c = clamp(vec2(NdotV, NdotL), 0.0, 1.0);
+    vec2 a = clamp(vec2(alphaX, alphaY), 0.0, LOBE_ALPHA_MAX);
+    vec2 v = a * clamp(vec2(TdotV, BdotV), -1.0, 1.0), l = a * clamp(vec2(TdotL, BdotL), -1.0, 1.0);
+    vec2 g = sqrt(c * c + vec2(dot(v, v), dot(l, l)));
+    return 0.5 / max(dot(c, g.yx), LOBE_SMALLEST_DIVISOR);
+}
+
+// Visibility of GGX facets without a square root, between the limits alpha = 0 and 1, where it is exact.
+//   V = 0.5 / mix(2 NdotV NdotL, NdotV + NdotL, alpha)
+// param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
+// param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
+// param  alpha  float   0..1     0.25  microfacet width
+// approximates  lobe_V_GGX  max error 0.293 relative  everywhere, largest where a cosine is about alpha
+// units   8
+// source  Hammon 2017
+float lobe_V_GGX_fast(float NdotV, float NdotL, float alpha) {
+    float v = clamp(NdotV, 0.0, 1.0), l = clamp(NdotL, 0.0, 1.0);
+    float a = clamp(alpha, 0.0, 1.0);
+    return 0.5 / max(2.0 * v * l * (1.0 - a) + (v + l) * a, LOBE_SMALLEST_DIVISOR);
+}
+
 // GGX (Trowbridge-Reitz) microfacet reflection with height-correlated Smith masking and Schlick's Fresnel term.
 //   f = D V F                                                                      [1/sr]
 // param  f0     color  0.01..1  0.04  reflectance at normal incidence, linear RGB
@@ -98,16 +170,54 @@ float lobe_V_GGX(float NdotV, float NdotL, float alpha) {
 // energy      <= 1
 // units       16, up to 8 of them are the lengths of N, V and L: float32 holds them within 2^-24, D V feels N six times
 // source      Walter et al. 2007, eq. 20, 33; Heitz 2014, eq. 99; Schlick 1994, eq. 15
-// Why this form: float32 directions are up to 1e-7 too long or too short. Near grazing, where V + L is short, that
-// turns the half vector by more than a narrow lobe is wide. Unit V and L have (V + L).(V - L) = 0; what the sum has
-// along V - L comes from unequal lengths and is taken out.
 vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
-    float NdotV = dot(N, V), NdotL = dot(N, L);
-    if (min(NdotV, NdotL) <= 0.0) return vec3(0.0);
-    vec3 H = V + L, across = V - L;
-    H -= 0.25 * dot(H, across) * across;
+    vec3 H = lobe_H(V, L);
+    vec2 c = lobe_cosines(N, V, L, H);
+    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
     float a = max(alpha, LOBE_ALPHA_MIN);
-    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX(NdotV, NdotL, a);
+    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX(c.x, c.y, a);
+    return DV * lobe_F_Schlick(0.5 * length(H), clamp(f0, 0.0, 1.0));
+}
+
+// GGX microfacet reflection of a metal: height-correlated Smith masking and the exact Fresnel term of a conductor.
+//   f = D V F                                                                      [1/sr]
+// param  eta    vec3   0.1..10   1.5   index of refraction beyond the surface over the one on this side, for R, G, B
+// param  k      vec3   0.1..10   2.5   extinction coefficient beyond the surface, for R, G, B
+// param  alpha  float  1e-4..4  0.25  microfacet width
+// reciprocal  yes
+// energy      <= 1
+// units       16, the lengths of N, V and L as in lobe_GGX
+// source      Walter et al. 2007, eq. 20, 33; Heitz 2014, eq. 99; Born, Wolf 1999, section 14.2
+vec3 lobe_GGX_conductor(vec3 N, vec3 V, vec3 L, vec3 eta, vec3 k, float alpha) {
+    vec3 H = lobe_H(V, L);
+    vec2 c = lobe_cosines(N, V, L, H);
+    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
+    float a = max(alpha, LOBE_ALPHA_MIN);
+    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX(c.x, c.y, a);
+    return DV * lobe_F_conductor(0.5 * length(H), eta, k);
+}
+
+// GGX microfacet reflection with a width along each tangent: brushed metal, hair-line scratches.
+//   f = D V F                                                                      [1/sr]
+// param  f0      color  0.01..1  0.04  reflectance at normal incidence, linear RGB
+// param  alphaX  float  1e-4..4  0.25  microfacet width along T
+// param  alphaY  float  1e-4..4  0.25  microfacet width along B = N x T
+// reciprocal  yes
+// energy      <= 1
+// units       16, the lengths of N, V and L as in lobe_GGX
+// source      Burley 2012, section B.2; Heitz 2014, eq. 85, 86, 99; Schlick 1994, eq. 15
+// Why this form: with X = N x H it is T.H = B.X and B.H = -T.X. X is small near the peak, so that a T not quite
+// orthogonal to N does no harm, where T.H itself would bring N.H in.
+vec3 lobe_GGX_aniso(vec3 N, vec3 T, vec3 V, vec3 L, vec3 f0, float alphaX, float alphaY) {
+    vec3 H = lobe_H(V, L);
+    vec2 c = lobe_cosines(N, V, L, H);
+    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
+    vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
+    vec3 B = cross(N, T), X = cross(N, H);
+    vec3 slope = vec3(vec2(dot(B, X), dot(T, X)) / a, dot(N, H));
+    float k = min(dot(H, H) / max(dot(slope, slope), 1e-20), LOBE_ALPHA_MAX * LOBE_ALPHA_MAX);
+    float D = min(k * k / (a.x * a.y), 1e8) * LOBE_INV_PI;  // 1 / LOBE_ALPHA_MIN^2 is the narrowest lobe's peak
+    float DV = D * lobe_V_GGX_aniso(c.x, c.y, dot(T, V), dot(B, V), dot(T, L), dot(B, L), a.x, a.y);
     return DV * lobe_F_Schlick(0.5 * length(H), clamp(f0, 0.0, 1.0));
 }
 
@@ -119,14 +229,57 @@ vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // energy      <= 1
 // units       8
 // source      Walter et al. 2007, eq. 33; Kelemen, Szirmay-Kalos 2001, eq. 6; Schlick 1994, eq. 15
-// Why this form: the same half vector as in lobe_GGX.
 vec3 lobe_GGX_Kelemen(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
     if (min(dot(N, V), dot(N, L)) <= 0.0) return vec3(0.0);
-    vec3 H = V + L, across = V - L;
-    H -= 0.25 * dot(H, across) * across;
+    vec3 H = lobe_H(V, L);
     float LdotH = 0.5 * length(H);
     float DV = lobe_D_GGX(N, H, alpha) * lobe_V_Kelemen(LdotH);
     return DV * lobe_F_Schlick(LdotH, clamp(f0, 0.0, 1.0));
+}
+
+// Visible GGX facet normal for V, at random: a unit half vector H. The light comes from lobe_reflect(H, V).
+//   H = normalize(alpha h.x, alpha h.y, h.z), h = c + v, in the frame T, N x T, N
+//   v = normalize(alpha V.x, alpha V.y, V.z), c uniform on the cap c.z > -v.z of the unit sphere
+// param  alpha  float  1e-4..1  0.25  microfacet width
+// param  u      vec2   0..0.9999999  0.5  uniform random numbers
+// units   64, what rounding and the driver's sin and cos leave of c and v is magnified where c + v is short
+// source  Dupuy, Benyoub 2023
+// Why this form: h.z = (1 - u.y)(1 + v.z), 1 - c.z = u.y (1 + v.z) and 1 + c.z = h.z + 1 - v.z are free of cancellation
+// once the smaller of 1 + v.z and 1 - v.z is formed from the sine of v. Tangents stay in the world: one width needs no
+// frame but for the azimuth. What unequal lengths of c and v put into h is taken out, as in lobe_H.
+vec3 lobe_sample_GGX(vec3 N, vec3 T, vec3 V, float alpha, vec2 u) {
+    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
+    vec3 B = cross(N, T);
+    vec3 tangent = a * cross(cross(N, V), N);  // of V, stretched
+    float NdotV = dot(N, V);
+    float scale = 1.0 / max(length(vec2(length(tangent), NdotV)), LOBE_SMALLEST_DIVISOR);
+    float vz = scale * NdotV;
+    tangent *= scale;
+    float larger = 1.0 + abs(vz), smaller = dot(tangent, tangent) / larger;
+    float plus = vz > 0.0 ? larger : smaller, minus = vz > 0.0 ? smaller : larger;  // 1 + v.z and 1 - v.z
+    vec2 r = clamp(u, 0.0, 1.0);
+    float hz = (1.0 - r.y) * plus;
+    float phi = 6.28318531 * r.x;
+    vec3 around = sqrt(r.y * plus * (hz + minus)) * (cos(phi) * cross(B, N) + sin(phi) * B);
+    vec3 h = around + tangent, across = around - tangent;
+    h -= 0.25 * clamp(dot(h, across) + hz * (hz - 2.0 * vz), -1.0, 1.0) * across;
+    vec3 H = a * h + max(hz, 1e-15) * N;
+    return H / max(length(H), LOBE_SMALLEST_DIVISOR);
+}
+
+// Density of lobe_reflect(H, V) for H = lobe_sample_GGX(...), over the solid angle of L.
+//   pdf = D G1(NdotV) / (4 NdotV)                                                  [1/sr]
+// param  alpha  float  1e-4..4  0.25  microfacet width
+// units   16, the lengths of N, V and L as in lobe_GGX
+// source  Heitz 2018, eq. 17
+// 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+float lobe_pdf_GGX(vec3 N, vec3 V, vec3 L, float alpha) {
+    float NdotV = dot(N, V);
+    vec3 H = lobe_H(V, L);
+    if (min(NdotV, dot(N, H)) <= 0.0) return 0.0;
+    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), c = min(NdotV, 1.0);
+    float g = sqrt(c * c + a * a * (1.0 - c * c));
+    return 0.5 * lobe_D_GGX(N, H, a) / max(c + g, LOBE_SMALLEST_DIVISOR);
 }
 
 #endif

@@ -44,7 +44,7 @@ float lobe_V_Kelemen(float LdotH) {
 // source  Kelemen, Szirmay-Kalos 2001, eq. 6
 // Why this form: |V + L| keeps its digits as L nears -V, 2 / (1 + L.V) has none left at 1e-4 rad.
 float lobe_V_Kelemen(vec3 V, vec3 L) {
-    vec3 H = V + L;
+    vec3 H = lobe_H(V, L);
     return 1.0 / max(dot(H, H), LOBE_SMALLEST_DIVISOR);
 }
 

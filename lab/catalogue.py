@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
+import numpy as np
+
 from . import geometry
 from .errors import InputError
 from .paths import GLSL
 
 WIDTHS = {"float": 1, "vec2": 2, "vec3": 3}
-PARAMETER_TYPES = {"float": "float", "cosine": "float", "color": "vec3", "vec3": "vec3"}  # as a header writes them
+PARAMETER_TYPES = {"float": "float", "cosine": "float", "color": "vec3", "vec3": "vec3", "vec2": "vec2"}  # as a header writes them
 KEYWORDS = ("param", "reciprocal", "energy", "normalised", "units", "source", "approximates")
 EXACT = "exact"  # what an approximation names when it stands for no other function
 MAX_UNITS = 16  # more needs a derivation beside it, which a `units` line says after the number
@@ -49,6 +51,11 @@ class Parameter:
     def is_geometry(self) -> bool:
         """Whether the bench forms it from a pixel's N, T, V, L."""
         return self.name in geometry.FORM
+
+    def admits(self, value: tuple[float, ...]) -> bool:
+        """Whether numbers lie in the stated range, as float32. Vectors have none."""
+        low, high = np.float32(self.low), np.float32(self.high)
+        return self.kind in ("direction", "half", "vec3") or all(low <= np.float32(x) <= high for x in value)
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,17 @@ class Function:
         names = {p.name for p in self.parameters}
         sees_both_sides = {"N", "V", "L"} <= names or {"NdotV", "NdotL"} <= names
         return "lobe" if self.name[5].isupper() and sees_both_sides else "helper"
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the bench draws it on scenes; helpers are compared at points only."""
+        return self.kind != "helper" and any(p.is_geometry for p in self.parameters)
+
+    @property
+    def takes_vectors(self) -> bool:
+        """Whether a renderer, which knows N, T, V, L and not the cosines between them, can call it as a lobe."""
+        geometric = {p.name for p in self.parameters if p.is_geometry}
+        return self.kind == "lobe" and geometric <= set(geometry.DIRECTIONS)
 
     @property
     def signature(self) -> str:
@@ -191,7 +209,19 @@ def load(folder: Path = GLSL) -> Catalogue:
 
     for stem in files:
         place(stem, None, ())
-    return Catalogue(tuple(ordered.values()))
+    catalogue = Catalogue(tuple(ordered.values()))
+    for function in catalogue.functions:
+        _require_known_approximated(catalogue, function)
+    return catalogue
+
+
+def _require_known_approximated(catalogue: Catalogue, function: Function) -> None:
+    stated = function.approximation
+    if stated and stated.name != EXACT and stated.name not in {f.name for f in catalogue.functions}:
+        header = function.header.splitlines()
+        above = next(i for i, line in enumerate(reversed(header), 1) if line.startswith("// approximates "))
+        raise InputError(f"{function.path}:{function.line - above}: approximates  {stated.name}: expected '{EXACT}' or "
+                         "the name of a function of the library")
 
 
 class _Reader:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -11,7 +13,7 @@ import typer
 
 from .errors import InputError
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
                   help="Reflectance lobes for GLSL, and the bench that proves them.")
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for what is drawn.")]
@@ -79,13 +81,15 @@ def bundle(
 def evaluate(
     function: Annotated[str, typer.Argument(help="A function, e.g. lobe_D_GGX.")],
     values: Annotated[list[str], typer.Argument(metavar="key=value...", help="Arguments; vectors as 0,0,1.")] = None,
+    beyond: Annotated[bool, typer.Option("--any", help="Accept finite values beyond the range that the header "
+                                         "states.")] = False,
     context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
     json: Json = None,
 ):
     """Show GLSL and reference value of one input side by side."""
     from . import commands
 
-    commands.evaluate(function, values or [], context, json)
+    commands.evaluate(function, values or [], beyond, context, json)
 
 
 @app.command()
@@ -120,20 +124,29 @@ def test(ctx: typer.Context,
 
 
 def main() -> None:
-    """Runs the command line. Exit status 0, 1 (out of tolerance), or 2 (one line on stderr)."""
+    """Runs the command line. Exit status 0, 1 (out of tolerance), 2 (bad usage or input) or 3 (a fault of Lobe itself);
+    of 2 and 3 one line on stderr says why."""
     try:
-        status = app(standalone_mode=False)
+        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
     except InputError as error:
         status = fail(str(error))
     except typer.Abort:
         status = 130
     except Exception as error:  # Typer's own errors of usage; their class moved between its versions
-        if not hasattr(error, "format_message"):
-            raise
-        status = fail(f"{error.format_message()} (see lobe --help)")
+        if hasattr(error, "format_message"):
+            status = fail(f"{error.format_message()} (see lobe --help)")
+        else:
+            status = internal_error(error)
     sys.exit(status)
 
 
-def fail(message: str) -> int:
+def fail(message: str, status: int = 2) -> int:
     print(f"lobe: {' '.join(message.split())}", file=sys.stderr)
-    return 2
+    return status
+
+
+def internal_error(error: Exception) -> int:
+    """One line, as of every error; where it comes from only on request."""
+    if os.environ.get("LOBE_TRACEBACK") == "1":
+        traceback.print_exception(error)
+    return fail(f"internal error: {type(error).__name__}: {error} (LOBE_TRACEBACK=1 shows where)", status=3)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import bundle as bundles
-from . import catalogue, files, gl, matrix, scenes
+from . import catalogue, files, geometry, gl, matrix, scenes
 from . import compare as compare_
 from .catalogue import Catalogue, Function, Parameter
 from .errors import InputError
@@ -20,24 +20,47 @@ QUICK_SIZE, QUICK_POINTS = 128, 1 << 14
 
 
 def selected(library: Catalogue, names: list[str]) -> tuple[Function, ...]:
-    """Functions by name, key or file stem; all of them where no name is given."""
+    """Functions by name, key or file stem, none where a file holds only constants; all where no name is given."""
     stems = {f.stem: f.functions for f in library.files}
-    return tuple(f for name in names for f in stems.get(name) or library.find(name)) if names else library.functions
+    chosen = tuple(f for n in names for f in (stems[n] if n in stems else library.find(n)))
+    return chosen if names else library.functions
 
 
-def parse_settings(pairs: list[str], functions: tuple[Function, ...]) -> dict[str, tuple[float, ...]]:
-    """NAME=VALUE pairs, checked against the parameters of the functions. A number stands for each colour channel."""
+def measured(library: Catalogue, names: list[str]) -> tuple[Function, ...]:
+    """Those selected, at least one, each with a reference."""
+    functions = selected(library, names)
+    if not functions:
+        raise InputError(f"{', '.join(names)}: holds constants only, expected functions; lobe list shows them")
+    compare_.require_reference(functions)
+    return functions
+
+
+def parse_settings(pairs: list[str], parameters: list[Parameter], beyond: bool = False) -> dict[str, tuple[float, ...]]:
+    """NAME=VALUE pairs, checked against the parameters of that name. A number stands for each colour channel.
+
+    beyond   whether values may lie outside of the ranges that the headers state
+    """
     settings = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
-        takers = [p for f in functions if (p := f.parameter(name))]
+        takers = [p for p in parameters if p.name == name]
         if not equals or not takers:
-            known = dict.fromkeys(p.name for f in functions for p in f.parameters)
+            known = dict.fromkeys(p.name for p in parameters)
             raise InputError(f"'{pair}': unknown parameter, expected NAME=VALUE with one of {', '.join(known)}")
         settings[name] = parse_value(takers[0], text)
         for p in takers:
-            check_range(p, settings[name])
+            if not beyond:
+                check_range(p, settings[name])
     return settings
+
+
+def scene_settings(pairs: list[str], functions: tuple[Function, ...]) -> dict[str, tuple[float, ...]]:
+    """parse_settings of what scenes leave open: they form the geometry."""
+    for pair in pairs:
+        if (name := pair.partition("=")[0]) in geometry.FORM:
+            raise InputError(f"--set '{pair}': {name} is geometry, which the scene forms at each pixel, expected "
+                             "another parameter; lobe eval takes it")
+    return parse_settings(pairs, [p for f in functions for p in f.parameters if not p.is_geometry])
 
 
 def parse_value(parameter: Parameter, text: str) -> tuple[float, ...]:
@@ -53,8 +76,7 @@ def parse_value(parameter: Parameter, text: str) -> tuple[float, ...]:
 
 def check_range(parameter: Parameter, value: tuple[float, ...]) -> None:
     """InputError where a value is outside the range that the header states."""
-    inside = all(np.float32(parameter.low) <= np.float32(x) <= np.float32(parameter.high) for x in value)
-    if parameter.kind not in ("direction", "half", "vec3") and not inside:
+    if not parameter.admits(value):
         raise InputError(f"'{parameter.name}={','.join(f'{x:g}' for x in value)}': out of range, "
                          f"expected {parameter.low:g}..{parameter.high:g}")
 
@@ -72,12 +94,26 @@ def own_scenes(names: list[str], mesh: Path | None, metal: Path | None) -> tuple
     chosen = tuple(scenes.find(n) for n in names) or tuple(scenes.SCENES.values())
     if mesh is None and metal is None:
         return chosen
-    if mesh is not None:
-        scenes.load_mesh(mesh)
+    if mesh is not None and (skipped := scenes.load_mesh(mesh).skipped):
+        print(f"lobe: {mesh}: {skipped} degenerate triangle{'s' * (skipped > 1)} skipped", file=sys.stderr)
     if metal is not None:
         scenes.metal_f0(metal)
     replaced = (scenes.Scene(mesh.stem if mesh else s.object, s.rig, mesh or s.mesh, metal or s.metal) for s in chosen)
     return tuple(dict.fromkeys(replaced))
+
+
+def require_suited(places: tuple[scenes.Scene, ...], functions: tuple[Function, ...], asked: str) -> None:
+    """InputError where the option `asked` named scenes, and no function is drawn on one of these."""
+    for place in places:
+        if any(place.suits(f) for f in functions):
+            continue
+        names = ", ".join(f.name for f in functions)
+        if not any(f.is_shown for f in functions):
+            raise InputError(f"{asked}: {names} is drawn on no scene, expected a lobe or a term; helpers are "
+                             "compared at points only")
+        missing = ", ".join(f"a parameter {name} of {len(value)} numbers" for name, value in place.overrides.items())
+        raise InputError(f"{asked}: the scene {place.name} needs {missing}, which {names} has not; choose another "
+                         "scene or another function")
 
 
 def compare(functions, scene, mode, context, size, points, settings, mesh, metal, quick, glsl, call, against, units, keep,
@@ -86,6 +122,7 @@ def compare(functions, scene, mode, context, size, points, settings, mesh, metal
     from .progress import progress
 
     library = catalogue.load()
+    asked = f"--scene {' '.join(scene)}" if scene else f"--metal {metal}" if metal else ""
     if quick:
         size, points, scene = min(size, QUICK_SIZE), min(points, QUICK_POINTS), scene or list(scenes.QUICK)
     for m in mode:
@@ -95,20 +132,25 @@ def compare(functions, scene, mode, context, size, points, settings, mesh, metal
     if foreign and (functions or not (glsl and call and against)):
         raise InputError("your own shader needs --glsl FILE, --call 'f(N, V, L, ...)' and --against FUNCTION (--units K if "
                          "you like), and no other function beside them")
-    chosen = selected(library, [against] if foreign else functions)
-    options = dict(scenes=own_scenes(scene, mesh, metal), modes=tuple(mode) or matrix.MODES, contexts=contexts(context),
-                   size=size, points=points, settings=parse_settings(settings, chosen))
-    files.output_folder(out)
+    chosen = measured(library, [overload(library, against, call).key] if foreign else functions)
+    places = own_scenes(scene, mesh, metal)
+    if asked:
+        require_suited(places, chosen, asked)
+    if foreign and not asked:  # A user's function is judged where ours makes a promise.
+        places = tuple(p for p in places if p.is_in_domain(chosen[0]))
+    options = dict(scenes=places, modes=tuple(mode) or matrix.MODES, contexts=contexts(context),
+                   size=size, points=points, settings=scene_settings(settings, chosen))
     if foreign:
-        plan = foreign_plan(library, against, glsl, call, units, options)
+        plan = foreign_plan(chosen[0], glsl, call, units, options)
     else:
         plan = matrix.library_plan(library, chosen, **options)
+    output_places(out, json)
     images = report.Images(out / "exr", every=keep)
     with progress() as step:
         try:
             outcome = matrix.run(plan, on_result=images.add, on_step=step)
         except gl.CompileError as error:
-            raise InputError(compile_message(error, glsl)) from None
+            raise InputError(compile_message(error, glsl, chosen[0])) from None
     page = report.write(outcome, plan, out)
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": outcome.rows})
@@ -118,32 +160,59 @@ def compare(functions, scene, mode, context, size, points, settings, mesh, metal
     sys.exit(0 if outcome.passed else 1)
 
 
-def foreign_plan(library: Catalogue, name: str, glsl: list[Path], call: str, units: int | None, options: dict) -> matrix.Plan:
+def output_places(out: Path, json: str | None) -> None:
+    """InputError where the results could not be written in the end."""
+    files.output_folder(out)
+    if json and json != "-":
+        files.output_file(json)
+
+
+def foreign_plan(function: Function, glsl: list[Path], call: str, units: int | None, options: dict) -> matrix.Plan:
     """A user's function in place of ours, held to the same reference; to our header's units where none are given."""
-    function = _overload(library, name, set(re.findall(r"\b[A-Za-z_]\w*\b(?!\s*\()", call)))
-    texts = (files.read_bytes(path).decode(errors="replace") for path in glsl)
-    source = "".join(gl.numbered(text, i) for i, text in enumerate(texts, 1))
+    source = "".join(gl.numbered(foreign_text(path), i) for i, path in enumerate(glsl, 1))
     shader = compare_.Shader(source, call, function.result, "foreign", call.partition("(")[0].strip(),
                              units or function.units)
     return matrix.Plan((function,), lambda f: shader, **options)
 
 
-def _overload(library: Catalogue, name: str, variables: set[str]) -> Function:
-    """The overload of a name whose parameters a call's variables are."""
+def foreign_text(path: Path) -> str:
+    """The text of a user's file. InputError where it is more than functions: the driver would blame that on the call."""
+    content = files.read_bytes(path)
+    if b"\0" in content:
+        raise InputError(f"{path}: is no text, expected GLSL functions")
+    text = content.decode(errors="replace")
+    code = re.sub(r"//[^\n]*|/\*.*?\*/", lambda comment: "\n" * comment[0].count("\n"), text, flags=re.S)
+    if found := re.search(r"\bvoid\s+main\s*\(|^[ \t]*#[ \t]*include\b", code, flags=re.M):
+        what = "#include" if "include" in found[0] else "main()"
+        raise InputError(f"{path}:{code.count(chr(10), 0, found.start()) + 1}: {what}, expected only functions; move "
+                         "it into another file, and name each file with --glsl")
+    return text
+
+
+def overload(library: Catalogue, name: str, call: str) -> Function:
+    """The overload of a name whose parameters a call's variables are: all of them, or else some."""
     overloads = library.find(name)
     known = {p.name for f in overloads for p in f.parameters}
-    for function in overloads:
-        if variables & known <= {p.name for p in function.parameters}:
-            return function
-    raise InputError(f"--call: uses {', '.join(sorted(variables & known))} at once, expected the parameters of one of "
-                     + "; ".join(f.signature for f in overloads))
+    used = set(re.findall(r"\b[A-Za-z_]\w*\b(?!\s*\()", call)) & known
+    fitting = [f for f in overloads if used <= {p.name for p in f.parameters}]
+    whole = [f for f in fitting if used == {p.name for p in f.parameters}]
+    if not fitting:
+        raise InputError(f"--call: uses {', '.join(sorted(used))} at once, expected the parameters of one of "
+                         + "; ".join(f.signature for f in overloads))
+    if len(whole or fitting) > 1:
+        raise InputError(f"--against {name}: --call fits several functions of this name, expected one of "
+                         + ", ".join(f'--against "{f.key}"' for f in whole or fitting))
+    return (whole or fitting)[0]
 
 
-def compile_message(error: gl.CompileError, glsl: list[Path]) -> str:
+def compile_message(error: gl.CompileError, glsl: list[Path], function: Function) -> str:
     """One line for a user's shader that does not compile, naming the file where the driver tells it."""
     if 1 <= error.file <= len(glsl):
         return f"{glsl[error.file - 1]}:{error.line}: {error.message}"
-    return f"--call: {error.message}" if glsl else f"the shader does not compile: {error.message}"
+    if glsl:
+        known = ", ".join(p.name for p in function.parameters)
+        return f"--call: {error.message}; expected a call of your functions with some of {known}"
+    return f"the shader does not compile: {error.message}"
 
 
 def list_functions(names: list[str], json: str | None) -> None:
@@ -152,10 +221,13 @@ def list_functions(names: list[str], json: str | None) -> None:
 
     library = catalogue.load()
     chosen = selected(library, names)
+    constants = [_constant(line, f.stem) for f in library.files if not names or f.stem in names
+                 for line in f.constants.values()]
     if json:
-        files.write_json(json, {"schema": SCHEMA, "results": [_facts(f) for f in chosen]})
+        files.write_json(json, {"schema": SCHEMA, "results": [_facts(f) for f in chosen], "constants": constants})
     if json == "-":
         return
+    console = Console(width=None if sys.stdout.isatty() else 160, soft_wrap=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in ("function", "kind", "parameters", "source"):
         table.add_column(column, overflow="fold")
@@ -163,7 +235,20 @@ def list_functions(names: list[str], json: str | None) -> None:
         parameters = ", ".join(f"{p.name} {p.low:g}..{p.high:g}{f' {p.unit}' if p.unit else ''}" if not p.is_geometry
                                or p.kind == "cosine" else p.name for p in f.parameters)
         table.add_row(f"{f.name}\n  {f.stem}.glsl:{f.line}", f.kind, parameters, f.source)
-    Console(width=None if sys.stdout.isatty() else 160, soft_wrap=False).print(table)
+    if chosen:
+        console.print(table)
+    if constants:
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        for column in ("constant", "value", "file"):
+            table.add_column(column, overflow="fold")
+        for c in constants:
+            table.add_row(c["constant"], c["value"], c["file"])
+        console.print(*[""] * bool(chosen), table, sep="\n")
+
+
+def _constant(line: str, stem: str) -> dict:
+    name, value = re.match(r"const \w+ (\w+) = (.*?);", line).groups()
+    return {"constant": name, "value": value, "file": f"{stem}.glsl"}
 
 
 def _facts(f: Function) -> dict:
@@ -182,12 +267,14 @@ def bundle(names: list[str], target: str | None, output: Path | None) -> None:
         sys.stdout.write(text)
 
 
-def evaluate(name: str, pairs: list[str], context: str, json: str | None) -> None:
+def evaluate(name: str, pairs: list[str], beyond: bool, context: str, json: str | None) -> None:
     library = catalogue.load()
     given = {pair.partition("=")[0] for pair in pairs}
     overloads = library.find(name)
     function = next((f for f in overloads if given <= {p.name for p in f.parameters}), overloads[0])
-    settings = parse_settings(pairs, (function,))
+    compare_.require_reference((function,))
+    settings = parse_settings(pairs, list(function.parameters), beyond)
+    outside = [p for p in function.parameters if not p.admits(settings.get(p.name, p.default))]
     inputs = {p.name: np.array(settings.get(p.name, p.default), np.float32)[None, None] for p in function.parameters}
     case = compare_.Case(function, "given", "points", inputs, None, compare_.reference_values(function, inputs, None))
     results = []
@@ -195,7 +282,8 @@ def evaluate(name: str, pairs: list[str], context: str, json: str | None) -> Non
         shader = compare_.library_shader(function, library.text, library.label(function))
         result = compare_.compare(case, shader, gl.create_context(kind))
         results.append(result.row | {"glsl": result.got[0], "reference": case.reference.value[0],
-                                     "units": result.units[0], "kappa": case.reference.kappa[0]})
+                                     "units": result.units[0], "kappa": case.reference.kappa[0],
+                                     "in_range": not outside})
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": results})
     if json != "-":
@@ -205,6 +293,9 @@ def evaluate(name: str, pairs: list[str], context: str, json: str | None) -> Non
             print(f"reference  {_numbers(row['reference'], '.17g')}")
             print(f"units      {_numbers(row['units'], '.3g')} of {row['units_allowed']} allowed, "
                   f"kappa {_numbers(row['kappa'], '.3g')}")
+        if outside:
+            print("outside of the stated range, where no tolerance is promised: "
+                  + ", ".join(f"{p.name} ({p.low:g}..{p.high:g})" for p in outside))
     sys.exit(0 if all(row["pass"] for row in results) else 1)
 
 
@@ -217,25 +308,26 @@ def reference(lobes, scene, size, samples, settings, mesh, metal, ground, out, j
     from . import pictures
 
     library = catalogue.load()
-    functions = selected(library, lobes)
-    if wrong := [f.name for f in functions if f.kind != "lobe"]:
-        raise InputError(f"reference: {wrong[0]} is no lobe, expected some of "
-                         + ", ".join(f.name for f in library.functions if f.kind == "lobe"))
+    functions = measured(library, lobes)
+    if wrong := [f.name for f in functions if not f.takes_vectors]:
+        raise InputError(f"reference: {wrong[0]} is no lobe of N, V, L, expected some of "
+                         + ", ".join(f.name for f in library.functions if f.takes_vectors))
     (place,) = own_scenes([scene], mesh, metal)
-    chosen = parse_settings(settings, functions)
+    require_suited((place,), functions, f"--metal {metal}" if metal else f"--scene {scene}")
+    chosen = scene_settings(settings, functions)
+    output_places(out, json)
     built, camera = scenes.build(place, ground=ground)
     material = [(f.key, compare_.parameter_values(f, place, chosen)) for f in functions]
     for thing in range(2 if ground else 1):
         built.set_material(thing, material if thing == 0 else scenes.GROUND_MATERIAL)
-    folder = files.output_folder(out)
     layers = built.trace(camera, size, size)
     beauty = built.beauty(camera, size, size, samples=samples)
     lights = {f"{name}{i}": image for name in ("L", "E") for i, image in enumerate(layers.pop(name))}
-    files.write_exr(folder / f"{place.name}.exr", {"RGB": beauty.astype(np.float32)} | layers | lights)
-    files.write_png(folder / f"{place.name}.png", pictures.srgb(beauty))
+    files.write_exr(out / f"{place.name}.exr", {"RGB": beauty.astype(np.float32)} | layers | lights)
+    files.write_png(out / f"{place.name}.png", pictures.srgb(beauty))
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": [
             {"scene": place.name, "lobes": lobes, "size": size, "samples": samples, "mean": beauty.mean(axis=(0, 1)),
-             "exr": str(folder / f"{place.name}.exr"), "png": str(folder / f"{place.name}.png")}]})
+             "exr": str(out / f"{place.name}.exr"), "png": str(out / f"{place.name}.png")}]})
     if json != "-":
-        print(f"{folder / place.name}.exr\n{folder / place.name}.png")
+        print(f"{out / place.name}.exr\n{out / place.name}.png")

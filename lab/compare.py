@@ -13,7 +13,7 @@ import numpy as np
 from lobe import reference
 
 from . import domain, geometry, gl, raster, scenes
-from .catalogue import EXACT, Function
+from .catalogue import EXACT, WIDTHS, Function
 from .errors import InputError
 
 FLOAT32_ROUNDOFF = 2.0**-24
@@ -83,6 +83,18 @@ class Shader:
     units: int
 
 
+_REFERENCE = {f.key: f for f in reference.functions()}
+
+
+def require_reference(functions: tuple[Function, ...]) -> None:
+    """InputError for a function that the reference does not have."""
+    for function in functions:
+        if function.key not in _REFERENCE:
+            raise InputError(f"{function.path}:{function.line}: {function.key} has no reference, expected it in "
+                             f"reference/models/{function.stem}.h, and '#include \"models/{function.stem}.h\"' in "
+                             "reference/models.h; then ./lobe builds it")
+
+
 def shading_case(function: Function, scene: scenes.Scene, size: int, settings: dict) -> Case:
     """Per-pixel inputs from the reference's hit points. Lobes are weighted with each light's irradiance, shadows
     included; terms with 1, and with 0 for a light for which an input is out of the header's range."""
@@ -110,8 +122,7 @@ def frame_case(function: Function, scene: scenes.Scene, size: int, settings: dic
     available = {"N": seen.N, "T": seen.T, "V": seen.V, "L": seen.L} | constants
     shape = seen.L.shape[:2]
     inputs = {p.name: np.broadcast_to(np.asarray(available[p.name]), (*shape, p.width)) for p in function.parameters}
-    condition = _cosine_condition(seen.N, seen.L) + _foreshortening(scene, seen)
-    expected = reference_values(function, inputs, seen.E, condition)
+    expected = reference_values(function, inputs, seen.E, _cosine_condition(seen.N, seen.L), _foreshortening(scene, seen))
     return Case(function, scene.name, "frame", inputs, seen.E, expected, constants, seen)
 
 
@@ -168,20 +179,35 @@ def rows(function: Function, inputs: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def reference_values(function: Function, inputs: dict[str, np.ndarray], weights: np.ndarray | None,
-                     weight_condition: np.ndarray | float = 0.0) -> Values:
+                     weight_condition: np.ndarray | float = 0.0, magnification: np.ndarray | float = 1.0) -> Values:
     """The reference's answer for inputs, weighted and summed over lights as the shader does it.
 
     weight_condition   condition number of the weights, [lights, n, 1], where the shader computes them itself
+    magnification      of what errors of the inputs cost, [n, 1], where the inputs are interpolated
     """
     packed = rows(function, inputs)
     lights, count = next(iter(inputs.values())).shape[:2]
     f = reference.evaluate(function.key, packed).reshape(lights, count, -1)
-    kappa = reference.condition(function.key, packed).reshape(f.shape) + weight_condition
+    kappa = _condition(function, packed).reshape(f.shape) + weight_condition
+    kappa = (1 + kappa) * magnification - 1
     weight = np.ones_like(f) if weights is None else weights[..., : f.shape[-1]]
-    error = FLOAT32_ROUNDOFF * (1 + kappa) * np.abs(f)
+    return Values((f * weight).sum(0), (_unit(function, f, kappa) * np.abs(weight)).sum(0), kappa.max(0))
+
+
+def _condition(function: Function, packed: np.ndarray) -> np.ndarray:
+    """Condition numbers; 0 where the reference is a quadrature: too slow to be stepped along each input, and what the
+    fit to it states dwarfs rounding."""
+    if _REFERENCE[function.key].is_quadrature:
+        return np.zeros((len(packed), WIDTHS[function.result]))
+    return reference.condition(function.key, packed)
+
+
+def _unit(function: Function, f: np.ndarray, kappa: np.ndarray) -> np.ndarray:
+    """What follows K in the tolerance of values f; of the error that an approximation states, a K-th is in it."""
+    unit = FLOAT32_ROUNDOFF * (1 + kappa) * np.abs(f)
     if (stated := function.approximation) and stated.name == EXACT:
-        error = error + stated.error(f) / function.units
-    return Values((f * weight).sum(0), (error * np.abs(weight)).sum(0), kappa.max(0))
+        unit = unit + stated.error(f) / function.units
+    return unit
 
 
 def units_of(got: np.ndarray, expected: Values) -> np.ndarray:
@@ -257,6 +283,7 @@ def _row(case: Case, shader: Shader, context: gl.Context, got: np.ndarray, units
         "context": context.name,
         "renderer": context.renderer,
         "pixels": len(got),
+        "nonzero": int((np.abs(expected) >= SMALLEST_REFERENCE).any(-1).sum()),
         "max_abs": float(finite.max(initial=0.0)),
         "max_rel": float(relative.max()),
         "p99_rel": float(np.quantile(relative, 0.99)),
@@ -277,20 +304,25 @@ def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) ->
     packed = rows(case.function, case.inputs).reshape(lights, len(got), -1)
     for n in np.flatnonzero(failed.any(-1))[: int(MAX_UNDECIDED * len(got)) + 100]:
         for light in range(lights):
-            for other in _across_jumps(case.function.key, packed[light, n]):
-                here = reference.evaluate(case.function.key, packed[light, n][None])[0]
-                weight = 1.0 if case.weights is None else case.weights[light, n, : len(here)]
-                change = weight * (other - here)
-                expected = case.reference.value[n] + change
-                unit = case.reference.unit[n] + FLOAT32_ROUNDOFF * np.abs(change)
-                close = np.abs(got[n] - expected) <= allowed * unit
+            here, here_unit = _valued(case.function, packed[light, n][None])
+            weight = 1.0 if case.weights is None else case.weights[light, n, : got.shape[1]]
+            for there, unit in zip(*_valued(case.function, _behind_jumps(case.function.key, packed[light, n]))):
+                expected = case.reference.value[n] + weight * (there - here[0])
+                close = np.abs(got[n] - expected) <= allowed * (case.reference.unit[n] + weight * (unit - here_unit[0]))
                 close |= (np.abs(expected) < SMALLEST_REFERENCE) & (got[n] >= 0) & (got[n] <= 2 * SMALLEST_REFERENCE)
                 undecided[n] |= failed[n] & close
     return undecided
 
 
-def _across_jumps(key: str, x: np.ndarray) -> list[np.ndarray]:
-    """Values on the far side of each jump within 2^-22 of an input, along each of its components.
+def _valued(function: Function, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The reference's values and their units at packed arguments, with the least of their condition numbers."""
+    f = reference.evaluate(function.key, x)
+    return f, _unit(function, f, _condition(function, x).min(0, initial=np.inf))
+
+
+def _behind_jumps(key: str, x: np.ndarray) -> np.ndarray:
+    """Arguments 2^-22 behind each jump within 2^-22 of an input, along each of its components: there the condition
+    number, which looks to both sides, is that of the far side alone.
 
     Bisection keeps the half in which the value changes more. A smooth change shrinks with the interval; a jump stays.
     """
@@ -306,4 +338,4 @@ def _across_jumps(key: str, x: np.ndarray) -> list[np.ndarray]:
         near, far = np.where(first[:, None], near, middle), np.where(first[:, None], middle, far)
         f_near, f_far = np.where(first[:, None], f_near, f_middle), np.where(first[:, None], f_middle, f_far)
     left = np.abs(f_far - f_near).max(-1)
-    return list(f_far[(left > 0.5 * whole) & (left > 0)])
+    return (far + steps)[(left > 0.5 * whole) & (left > 0)]

@@ -11,14 +11,14 @@ Inputs = dict[str, np.ndarray]  # parameter name -> float32 [n, width]
 
 # How near to a singular set the logarithmic strata reach, relative to the range. Cosines of directions keep farther
 # away: a horizon nearer than float32 resolves only makes undecided points.
-_NEAREST, _NEAREST_HORIZON = 1e-7, 1e-5
+_NEAREST, _NEAREST_HORIZON = 1e-7, 1e-6
 
 
 def sample(function: Function, count: int, seed: int) -> Inputs:
     """`count` inputs of a function, exact in float32, every one inside the domain that its header states."""
     rng = np.random.default_rng(seed)
     names = {p.name for p in function.parameters}
-    N, T, V, L = _frames(rng, count)
+    N, T, V, L = _frames(rng, count, below=0.03 if function.kind == "lobe" else 0.0)
     inputs = {}
     for p in function.parameters:
         if p.kind == "direction":
@@ -81,11 +81,11 @@ def _tilted(N: np.ndarray, T: np.ndarray, cosine: np.ndarray, azimuth: np.ndarra
     return N * cosine[:, None] + (T * np.cos(azimuth)[:, None] + B * np.sin(azimuth)[:, None]) * sine[:, None]
 
 
-def _anywhere(rng: np.random.Generator, N: np.ndarray, T: np.ndarray) -> np.ndarray:
-    """Directions at stratified cosines from N, three in a hundred below the horizon."""
+def _anywhere(rng: np.random.Generator, N: np.ndarray, T: np.ndarray, below: float) -> np.ndarray:
+    """Directions at stratified cosines from N, a part `below` of them below the horizon."""
     cosine = np.clip(_unit(rng, len(N), _NEAREST_HORIZON), _NEAREST_HORIZON, 1.0)
-    below = np.where(rng.random(len(N)) < 0.03, -1.0, 1.0)
-    return _tilted(N, T, cosine * below, rng.uniform(0, 2 * np.pi, len(N)))
+    side = np.where(rng.random(len(N)) < below, -1.0, 1.0)
+    return _tilted(N, T, cosine * side, rng.uniform(0, 2 * np.pi, len(N)))
 
 
 def _nearby(rng: np.random.Generator, v: np.ndarray) -> np.ndarray:
@@ -94,10 +94,11 @@ def _nearby(rng: np.random.Generator, v: np.ndarray) -> np.ndarray:
     return geometry.normalize(v + offset * (_NEAREST ** rng.random(len(v)))[:, None])
 
 
-def _frames(rng: np.random.Generator, count: int) -> tuple[np.ndarray, ...]:
-    """Unit N, T, V, L: light anywhere, near the mirror direction, near the view, or almost opposite; a few below."""
+def _frames(rng: np.random.Generator, count: int, below: float) -> tuple[np.ndarray, ...]:
+    """Unit N, T, V, L: light anywhere, near the mirror direction, near the view, or almost opposite. V is above the
+    horizon but for a part `below`: only lobes say what happens there."""
     N, T = _orthonormal(rng, count)
-    V, anywhere = _anywhere(rng, N, T), _anywhere(rng, N, T)
+    V, anywhere = _anywhere(rng, N, T, below), _anywhere(rng, N, T, 0.03)
     mirror = 2 * N * geometry.dot(N, V) - V
     which = rng.random(count)[:, None]
     L = np.where(which < 0.5, anywhere, np.where(which < 0.8, _nearby(rng, mirror),

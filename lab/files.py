@@ -43,18 +43,28 @@ def output_folder(path):
     return path
 
 
+def output_file(path):
+    """Makes the folder of a file to be written, and returns where it will lie, symbolic links followed. InputError
+    where it cannot be written. Who works long before he writes asks this first."""
+    try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise InputError(f"{path}: exists and is not a regular file; choose another name for the output")
+        target = Path(path).resolve()  # a symbolic link keeps pointing at what is written
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
+    output_folder(target.parent)
+    return target
+
+
 @contextlib.contextmanager
 def written_beside(path):
     """
     Yields the path of a new file in the folder of `path`, which takes the place of `path` if the block succeeds.
     Otherwise it is removed, and `path` is as it was. An OSError in the block becomes an InputError.
     """
+    target = output_file(path)
     with contextlib.ExitStack() as cleanup:
         try:
-            if Path(path).exists() and not Path(path).is_file():
-                raise InputError(f"{path}: exists and is not a regular file; choose another name for the output")
-            target = Path(path).resolve()  # a symbolic link keeps pointing at what is written
-            output_folder(target.parent)
             temporary = target.with_name(f".{secrets.token_hex(8)}{target.suffix}")
             cleanup.callback(temporary.unlink, missing_ok=True)
             yield temporary

@@ -34,15 +34,18 @@ class Plan:
         for function in self.functions:
             if "points" in self.modes:
                 yield function, "points", None
-            if not any(p.is_geometry for p in function.parameters) or function.kind == "helper":
-                continue
             for scene in self.scenes:
                 if not scene.suits(function):
                     continue
                 if "shading" in self.modes:
                     yield function, "shading", scene
-                if "frame" in self.modes and scene.mesh and function.kind == "lobe":
+                if "frame" in self.modes and scene.mesh and function.takes_vectors:
                     yield function, "frame", scene
+
+    @property
+    def frame_size(self) -> int:
+        """Width and height of the pictures of mode frame, pixels."""
+        return max(self.size, SMALLEST_FRAME)
 
 
 @dataclass
@@ -108,7 +111,8 @@ def run(plan: Plan, on_result: Callable[[Result], None] = lambda result: None,
     cells = list(plan.cells())
     if not cells:
         raise InputError("nothing to compare: expected a function, a scene and a mode that suit each other "
-                         "(helpers have only --mode points, frames need a mesh, f0 scenes need a parameter f0)")
+                         "(helpers have only --mode points; frames need a mesh and a lobe of N, V, L; f0 scenes need a "
+                         "parameter f0)")
     for done, (function, mode, scene) in enumerate(cells):
         shader = plan.shader_of(function)
         on_step(f"{shader.label} {mode} {scene.name if scene else ''}", done, len(cells))
@@ -126,7 +130,7 @@ def _case(plan: Plan, function: Function, mode: str, scene: scenes.Scene | None)
         return compare.points_case(function, plan.points, plan.settings, SEED)
     if mode == "shading":
         return compare.shading_case(function, scene, plan.size, plan.settings)
-    return compare.frame_case(function, scene, max(plan.size, SMALLEST_FRAME), plan.settings)
+    return compare.frame_case(function, scene, plan.frame_size, plan.settings)
 
 
 def _compare(case: Case, shader: Shader, context: gl.Context, scene: scenes.Scene | None) -> Result:

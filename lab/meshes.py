@@ -2,6 +2,7 @@
 
 import json
 import logging
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -166,6 +167,8 @@ def _read_with_trimesh(path, content):
     try:
         if path.suffix.lower() in (".gltf", ".glb"):
             _refuse_compression(path, content)
+        if path.suffix.lower() == ".ply":
+            _refuse_short_text(path, content)
         scene = trimesh.load_scene(path, process=False)
         nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
         with np.errstate(invalid="ignore"):  # infinite positions are reported later, by their number
@@ -192,6 +195,21 @@ def _refuse_compression(path, content):
         if extension in _COMPRESSIONS:
             raise InputError(f"{path}: needs {extension}, which Lobe does not read; "
                              f"export it again without {_COMPRESSIONS[extension]} compression")
+
+
+def _refuse_short_text(path, content):
+    """Of a PLY file in text, whose elements are lines, trimesh takes what there is."""
+    header, _, body = content.partition(b"end_header")
+    if not re.search(rb"^format\s+ascii", header, re.M):
+        return
+    declared = sum(int(count) for count in re.findall(rb"^element\s+\w+\s+(\d+)", header, re.M))
+    held = [line for line in body.splitlines() if line.strip()][:declared]
+    ends_with_list = re.search(rb"^element\s+\w+\s+\d+\s+property\s+list\b[^\n]*\s*\Z", header, re.M)
+    if held and ends_with_list and len(held[-1].split()) <= float(held[-1].split()[0]):
+        held.pop()  # cut within its list
+    if len(held) < declared:
+        raise InputError(f"{path}: is truncated, {len(held)} of the {declared} elements that its header declares are "
+                         "there; export or download it again")
 
 
 def _transformed(geometry, matrix):

@@ -48,8 +48,10 @@ def summary(outcome: Outcome) -> str:
     failing = sum(any(not r["pass"] for r in rows) for rows in by_function.values())
     verdict = (f"{failing} of {len(by_function)} functions OUT OF TOLERANCE" if failing
                else f"all {len(by_function)} functions within tolerance")
-    pixels = sum(r["pixels"] for r in outcome.rows)
-    totals = f"{verdict}: {len(outcome.rows):,} comparisons, {pixels:,} pixels and points, {outcome.seconds:.1f} s"
+    nonzero = sum(r["nonzero"] for r in outcome.rows)
+    zeros = sum(r["pixels"] for r in outcome.rows) - nonzero
+    totals = (f"{verdict}: {len(outcome.rows):,} comparisons, {nonzero:,} pixels and points that are not 0, and "
+              f"{zeros:,} that are, {outcome.seconds:.1f} s")
     renderers = (f"{name}: {renderer}" for name, renderer in outcome.renderers.items())
     return "\n".join((*table, "", totals, *renderers)).replace("∞", "inf")  # a terminal may know ASCII only
 
@@ -172,12 +174,16 @@ class Entry:
 
     function: Function
     label: str
-    foreign: bool
+    shader: compare.Shader
     rows: list[dict]
     views: list[View]  # of its shown and its worst scene
     frame: View | None  # of a lobe, rasterised by OpenGL
     point: Worst | None  # the worst of mode points
     same_bits: bool  # whether all contexts drew the same numbers in the shown scene
+
+    @property
+    def foreign(self) -> bool:
+        return self.shader.model == "foreign"
 
     @property
     def anchor(self) -> str:
@@ -230,7 +236,7 @@ def _entry(outcome: Outcome, plan: Plan, function: Function) -> Entry:
     longest = LONGEST if function.kind == "lobe" else THUMBNAIL
     frame = _of_worst_context(outcome.frame, shader.label)
     point = _of_worst_context(outcome.worst_point, shader.label)
-    return Entry(function, shader.label, shader.model == "foreign", rows,
+    return Entry(function, shader.label, shader, rows,
                  [View.of(result, caption, longest) for result, caption in chosen.values()],
                  View.of(frame, "Frame:", longest) if frame else None,
                  Worst.of(point) if point else None,
@@ -243,18 +249,25 @@ def _of_worst_context(kept: dict[tuple[str, str], Result], label: str) -> Result
 
 
 def _groups(entries: list[Entry]) -> list[tuple[str, str, list[Entry]]]:
-    """(file name, its description, entries) of each file, in the order of the plan."""
+    """(file name, its description, entries) of each file, in the order of the plan; a user's shader is one group."""
+    if entries[0].foreign:
+        return [("your shader", f"held against {_library_label(entries[0].function)}", entries)]
     groups: dict[Path, list[Entry]] = {}
     for entry in entries:
         groups.setdefault(entry.function.path, []).append(entry)
     return [(path.name, catalogue.load(path.parent).file(path.stem).description, of) for path, of in groups.items()]
 
 
+def _library_label(function: Function) -> str:
+    return catalogue.load(function.path.parent).label(function)
+
+
 def _totals(outcome: Outcome, entries: list[Entry]) -> dict:
     rows = outcome.rows
     return {
-        "pixels": sum(r["pixels"] for r in rows if r["mode"] != "points"),
-        "points": sum(r["pixels"] for r in rows if r["mode"] == "points"),
+        "pixels": sum(r["nonzero"] for r in rows if r["mode"] != "points"),
+        "points": sum(r["nonzero"] for r in rows if r["mode"] == "points"),
+        "zeros": sum(r["pixels"] - r["nonzero"] for r in rows),
         "nonfinite": sum(r["nonfinite"] for r in rows),
         "undecided": sum(r["undecided"] for r in rows),
         "failing": [e for e in entries if not e.passed],
@@ -340,7 +353,8 @@ def _commands(case: compare.Case, n: int) -> list[str]:
     for light in np.flatnonzero(weights):
         arguments = " ".join(f"{p.name}={exact(case.inputs[p.name][light, n]).replace(' ', '')}"
                              for p in case.function.parameters)
-        commands.append(f"./lobe eval '{case.function.key}' {arguments}")
+        inside = all(p.admits(case.inputs[p.name][light, n]) for p in case.function.parameters)
+        commands.append(f"./lobe eval{'' if inside else ' --any'} '{case.function.key}' {arguments}")
     return commands
 
 
@@ -442,5 +456,6 @@ def _environment() -> jinja2.Environment:
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
-    environment.filters |= {"number": number, "reason": reason, "ratio": ratio, "where": _where, "safe": safe}
+    environment.filters |= {"number": number, "reason": reason, "ratio": ratio, "where": _where, "safe": safe,
+                            "library_label": _library_label}
     return environment

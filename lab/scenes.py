@@ -80,8 +80,13 @@ class Scene:
         return {"f0": metal_f0(self.metal)} if self.metal else {}
 
     def suits(self, function: Function) -> bool:
-        """Whether the function has the parameters that the object's material fixes."""
-        return all((p := function.parameter(name)) and p.width == len(value) for name, value in self.overrides.items())
+        """Whether the function is drawn here: it has geometry, and the parameters that the object's material fixes."""
+        fixed = all((p := function.parameter(name)) and p.width == len(value) for name, value in self.overrides.items())
+        return fixed and function.is_shown
+
+    def is_in_domain(self, function: Function) -> bool:
+        """Whether what the object's material fixes lies in the ranges that the function states."""
+        return all(p.admits(self.overrides[p.name]) for p in function.parameters if p.name in self.overrides)
 
     def value(self, parameter: Parameter) -> tuple[float, ...]:
         """What a parameter is in this scene, unless the user sets it."""

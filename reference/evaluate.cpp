@@ -10,7 +10,6 @@ namespace lobe {
 namespace {
 
 constexpr double FLOAT32_ROUNDOFF = 0x1p-24;
-constexpr double SMALLEST_REFERENCE = 1e-30;  // below it the comparison is absolute
 constexpr std::size_t GRAIN = 1024;
 
 Vec3 read(const Parameter& p, std::span<const double> a) { return {a[p.offset], a[p.offset + 1], a[p.offset + 2]}; }
@@ -57,7 +56,7 @@ void condition_row(const Function& f, std::span<const double> arguments, double*
             for (std::size_t k = 0; k < f.result_width; ++k) change[k] = std::fmax(change[k], std::abs(y[k] - centre[k]));
         }
         for (std::size_t k = 0; k < f.result_width; ++k)
-            if (std::abs(centre[k]) >= SMALLEST_REFERENCE) kappa[k] += change[k] / FLOAT32_ROUNDOFF / std::abs(centre[k]);
+            if (centre[k] != 0) kappa[k] += change[k] / FLOAT32_ROUNDOFF / std::abs(centre[k]);
     }
 }
 

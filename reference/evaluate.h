@@ -16,7 +16,7 @@ void evaluate(const Function& f, std::span<const double> arguments, std::span<do
 
 // Condition number kappa = sum_i |x_i df/dx_i| / |f| over the components of all inputs, for each component of the result.
 // Each input moves by one float rounding, 2^-24 of itself, to both sides; the steeper side counts, so that the edge of a
-// domain and a kink do not halve it. 0 where |f| < 1e-30. Directions are normalised before and after the step. Parallel.
+// domain and a kink do not halve it. 0 where f is 0. Directions are normalised before and after the step. Parallel.
 void condition(const Function& f, std::span<const double> arguments, std::span<double> kappa);
 
 }  // namespace lobe

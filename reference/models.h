@@ -1,7 +1,10 @@
 // The registry of models: one line each. A file's own LOBE_MODEL enters its functions.
 #pragma once
 
+#include "models/beckmann.h"
+#include "models/blinn_phong.h"
 #include "models/core.h"
+#include "models/energy.h"
 #include "models/fresnel.h"
 #include "models/ggx.h"
 #include "models/lambert.h"

@@ -44,6 +44,7 @@ NB_MODULE(reference, m) {
         .def_ro("name", &Function::name)
         .def_ro("result", &Function::result)
         .def_ro("parameters", &Function::parameters)
+        .def_ro("is_quadrature", &Function::is_quadrature)
         .def_prop_ro("key", &Function::key);
 
     m.def("functions", &functions, "All functions, in the order of models.h.");

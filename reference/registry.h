@@ -33,6 +33,7 @@ struct Function {
     std::size_t result_width;
     std::size_t argument_width;
     void (*call)(const double* arguments, double* result);
+    bool is_quadrature = false;  // takes long: a fit's exact value, whose condition number nobody needs
 
     // name(type,type,...): unique, since GLSL overloads on parameter types alone
     std::string key() const;
@@ -90,11 +91,16 @@ std::vector<std::string> parameter_names(std::string_view list);
 
 template <class R, class... A, R (*F)(A...)>
 Function Caller<F>::describe(const char* name, const char* parameter_list) {
-    Function f{"", name, Packed<R>::type, {}, Packed<R>::width, argument_width, &call};
+    Function f{"", name, Packed<R>::type, {}, Packed<R>::width, argument_width, &call, false};
     const auto names = parameter_names(parameter_list);
     std::size_t i = 0, offset = 0;
     ((f.parameters.push_back({Packed<A>::type, names.at(i++), Packed<A>::width, offset}), offset += Packed<A>::width),
      ...);
+    return f;
+}
+
+inline Function quadrature(Function f) {
+    f.is_quadrature = true;
     return f;
 }
 
@@ -108,5 +114,8 @@ struct Model {
 // LOBE_FUNCTION(double, lobe_D_GGX, (double NdotH, double alpha)): one overload, parameter names included.
 #define LOBE_FUNCTION(result, name, parameters) \
     ::lobe::detail::Caller<static_cast<result(*) parameters>(name)>::describe(#name, #parameters)
+// The same for a function that integrates numerically.
+#define LOBE_QUADRATURE(result, name, parameters) \
+    ::lobe::detail::quadrature(LOBE_FUNCTION(result, name, parameters))
 // Enters the functions of one file; stem is the file's name without its ending.
 #define LOBE_MODEL(stem, ...) inline const ::lobe::detail::Model model_##stem(#stem, {__VA_ARGS__});

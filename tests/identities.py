@@ -34,8 +34,6 @@ LIMITS = """
     lobe_F_F82_tint(0.0, f0, tint) == 1.0
     lobe_F_Hall(1.0, f0, eta0) == f0
     lobe_F_Hall(0.0, f0, eta0) == 1.0 where eta0 != 1.0
-    lobe_D_GGX_aniso(NdotH, TdotH, BdotH, alphaX, alphaX) == lobe_D_GGX(NdotH, alphaX)
-    lobe_D_Beckmann_aniso(NdotH, TdotH, BdotH, alphaX, alphaX) == lobe_D_Beckmann(NdotH, alphaX)
     lobe_V_GGX_aniso(NdotV, NdotL, TdotV, BdotV, TdotL, BdotL, alphaX, alphaX) == lobe_V_GGX(NdotV, NdotL, alphaX)
     lobe_GGX_aniso(N, T, V, L, f0, alphaX, alphaX) == lobe_GGX(N, V, L, f0, alphaX)
     lobe_GGX_conductor(N, V, L, 1.0, 0.0, alpha) == 0.0

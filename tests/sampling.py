@@ -8,12 +8,14 @@ import random
 
 import numpy as np
 
-DIRECTIONS = ("lobe_reflect", "lobe_refract", "lobe_sample_GGX")  # functions whose result has either sign
+DIRECTIONS = ("lobe_H", "lobe_cosines", "lobe_reflect", "lobe_refract", "lobe_sample_GGX")  # their result has either sign
 
 
 COSINE_SPECIALS = (0.0, 1.0, 0.5)
 ETA_SPECIALS = (1.0, 1.5, 1 / 1.5, 1.0003, 2.42, 0.04, 25.0)
 ALPHA_SPECIALS = (0.0, 1e-5, 1e-4, 1.0, 4.0)
+K_SPECIALS = (0.0, 1e-20, 1e-4, 3.6, 90.0)
+EXPONENT_SPECIALS = (0.0, 1.0, 50.0, 1e6)
 COLOR_SPECIALS = (0.0, 1.0, 0.04, 1.022, 1 - 2.0**-24)
 
 
@@ -55,10 +57,40 @@ def sigma(rng):
     return 0.0 if rng.random() < 0.05 else log_uniform(rng, 1e-3, math.pi / 2)
 
 
+def k(rng):
+    return rng.choice(K_SPECIALS) if rng.random() < 0.2 else log_uniform(rng, 1e-4, 10)
+
+
+def exponent(rng):
+    return rng.choice(EXPONENT_SPECIALS) if rng.random() < 0.2 else log_uniform(rng, 1e-2, 1e6)
+
+
+def slope(rng):
+    """A component of a normal's derivative."""
+    return rng.choice((-1, 1)) * log_uniform(rng, 1e-5, 1)
+
+
+def uniform(rng):
+    """A random number as a sampler receives it: below 1."""
+    return min(cosine(rng), 1 - 2.0**-24)
+
+
+KINDS = {"eta": eta, "eta0": eta, "k": k, "alpha": alpha, "alphaX": alpha, "alphaY": alpha, "sigma": sigma,
+         "exponent": exponent, "u": uniform, "dNdx": slope, "dNdy": slope}
+
+
 def scalar(rng, name):
     if "dot" in name or name == "cosI":
         return cosine(rng)
-    return {"eta": eta, "alpha": alpha, "sigma": sigma}.get(name, color)(rng)
+    return KINDS.get(name, color)(rng)
+
+
+def width(values):
+    """About the angle that the lobe spans."""
+    alphas = [values[name] for name in ("alpha", "alphaX", "alphaY") if name in values]
+    if "exponent" in values:
+        alphas.append(math.sqrt(2 / (values["exponent"] + 2)))
+    return max(min(alphas, default=0.5), 1e-4)
 
 
 def near_critical_angle(rng, eta):
@@ -81,7 +113,7 @@ def mirrored(axis, v):
 
 
 def directions(rng, width):
-    """N, V, L and an H of any length; `width` is the angle, about the lobe's, at which H stands off N."""
+    """N, T, V, L and an H of any length; `width` is the angle, about the lobe's, at which H stands off N."""
     N = np.array([0.0, 0.0, 1.0]) if rng.random() < 0.1 else random_unit(rng)
     off = min(width * log_uniform(rng, 1e-2, 1e2), 1.5)
     V = tilted(rng, N, math.acos(cosine(rng)))
@@ -97,16 +129,33 @@ def directions(rng, width):
     H = tilted(rng, N, off) * log_uniform(rng, 1e-3, 1e3)
     if rng.random() < 0.05:
         H = N * rng.choice((0, 2))
-    return {"N": N, "V": V, "L": L, "H": H}
+    return {"N": N, "T": tilted(rng, N, math.pi / 2), "V": V, "L": L, "H": H}
+
+
+def components(rng, names, width):
+    """The cosines with N, T and B of each direction that has all three, so that they are of one unit vector."""
+    values = {}
+    for X in (x for x in "VLH" if f"Tdot{x}" in names):
+        polar = min(width * log_uniform(rng, 1e-2, 1e2), 1.5) if X == "H" else math.acos(cosine(rng))
+        azimuth = rng.uniform(0, 2 * math.pi)
+        values[f"Ndot{X}"] = math.cos(polar)
+        values[f"Tdot{X}"] = math.sin(polar) * math.cos(azimuth)
+        values[f"Bdot{X}"] = math.sin(polar) * math.sin(azimuth)
+    return values
 
 
 def draw(rng, function):
     names = [p.name for p in function.parameters]
     values = {p.name: scalar(rng, p.name) if p.type == "float" else [scalar(rng, p.name) for _ in range(int(p.type[3]))]
               for p in function.parameters}
-    if "cosI" in names and values.get("eta", 1) < 1 and rng.random() < 0.5:
-        values["cosI"] = near_critical_angle(rng, values["eta"])
-    values.update({k: v for k, v in directions(rng, max(values.get("alpha", 0.5), 1e-4)).items() if k in names})
+    vectors = directions(rng, width(values))
+    eta = values.get("eta", 1)
+    if isinstance(eta, float) and eta < 1 and rng.random() < 0.5:  # total internal reflection begins
+        values["cosI"] = near_critical_angle(rng, eta)
+        vectors["V"] = tilted(rng, vectors["N"], math.acos(values["cosI"]))
+        values["k"] = 0.0
+    values.update(components(rng, names, width(values)))
+    values.update({name: v for name, v in vectors.items() if name in names})
     return np.concatenate([np.atleast_1d(values[name]) for name in names])
 
 

@@ -80,6 +80,8 @@ BROKEN = {
     "reciprocal": ("reciprocal  yes", "reciprocal  perhaps", "'yes' or 'no, <why>'"),
     "energy": ("<= 1.5, at grazing", "fine", "<= <bound>"),
     "approximates": ("// units       16", "// approximates  lobe_Test  max error small\n// units       16", "absolute|relative"),
+    "approximates what is not there": ("// units       16", "// approximates  lobe_Tset  max error 1e-3 absolute\n// units       16",
+                                       "test.glsl:15: approximates  lobe_Tset: expected 'exact' or"),
     "prefix": ("vec3 lobe_Test", "vec3 Test", "begins with lobe_"),
     "double underscore": ("vec3 lobe_Test", "vec3 lobe__Test", "double underscore"),
     "no header": (HEADER, "\n", "no header"),

@@ -1,14 +1,16 @@
 """The command line: results on stdout, one clear line and exit status 2 for bad usage or input, nothing overwritten."""
 
 import json
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from lobe.lab import catalogue, cli, files
-from lobe.lab.paths import DATA
+from lobe import reference
+from lobe.lab import catalogue, cli, commands, compare, files
+from lobe.lab.paths import DATA, GLSL
 
 MY_GGX = """#version 330
 const float MY_PI = 3.14159265;
@@ -109,6 +111,42 @@ class TestForeign:
         assert status == 2
         one_line(err, "--call", "yourGGX")
 
+    def test_unknown_variable_lists_the_known(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        status, _, err = lobe("compare", "--glsl", "my.glsl", "--call", "myGGX(N, V, L, f0, gloss)",
+                              "--against", "lobe_GGX")
+        assert status == 2
+        one_line(err, "--call", "gloss", "N, V, L, f0, alpha")
+
+    @pytest.mark.parametrize("content, place", [
+        (b"float f(float x) { return x; }\n// void main() is mine\nvoid main( ) {}\n", "my.glsl:3: main()"),
+        (b"/*\n#include */\n  # include <common>\n", "my.glsl:3: #include"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "my.glsl: is no text"),
+    ])
+    def test_file_of_more_than_functions_is_named(self, lobe, tmp_path, content, place):
+        (tmp_path / "my.glsl").write_bytes(content)
+        status, _, err = lobe("compare", "--glsl", "my.glsl", "--call", "f(alpha)", "--against", "lobe_GGX")
+        assert status == 2
+        one_line(err, place, "expected")
+
+    def test_call_that_fits_two_overloads_asks_for_one(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text("vec3 my(float c, vec3 f0) { return f0 + (1.0 - f0) * pow(1.0 - c, 5.0); }")
+        command = ("compare", "--glsl", "my.glsl", "--call", "my(cosI, f0)", "--units", 64, "--mode", "points",
+                   "--against")
+        status, _, err = lobe(*command, "lobe_F_Schlick")
+        assert status == 2
+        one_line(err, '--against "lobe_F_Schlick(float,float)"', '--against "lobe_F_Schlick(float,vec3)"')
+        assert lobe(*command, "lobe_F_Schlick(float,vec3)")[0] == 0
+
+    def test_is_judged_inside_the_domain_unless_asked(self, lobe, tmp_path):
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        command = ("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--size", 16,
+                   "--mode", "shading", "--json", "-")
+        shown = {row["scene"] for row in json.loads(lobe(*command)[1])["results"]}
+        assert "aluminium-teapot-four" in shown and "gold-teapot-four" not in shown
+        asked = json.loads(lobe(*command, "--scene", "gold-teapot-four")[1])["results"]
+        assert [row["scene"] for row in asked] == ["gold-teapot-four"]
+
     @pytest.mark.parametrize("arguments", [("--glsl", "my.glsl"), ("--call", "f(N)"), ("--against", "lobe_GGX"),
                                            ("lobe_GGX", "--glsl", "my.glsl", "--call", "f(N)", "--against", "lobe_GGX")])
     def test_incomplete(self, lobe, arguments):
@@ -117,12 +155,21 @@ class TestForeign:
         one_line(err, "--glsl", "--call", "--against")
 
 
+GOLD = DATA / "ior" / "Au_Johnson.csv"
 BAD = {
     "unknown lobe": (("compare", "lobe_GXX"), ("lobe_GXX", "lobe_GGX", "lobe_Lambert")),
     "unknown scene": (("compare", "--scene", "teacup"), ("teacup", "teapot-point", "sphere-four")),
     "unknown mode": (("compare", "--mode", "pixel"), ("pixel", "points", "shading", "frame")),
     "unknown context": (("compare", "--context", "metal"), ("metal", "egl", "osmesa")),
     "unknown parameter": (("compare", "lobe_GGX", "--set", "gloss=1"), ("gloss", "alpha", "f0")),
+    "geometry": (("compare", "lobe_GGX", "--set", "N=0,0,1"), ("N=0,0,1", "scene", "lobe eval")),
+    "geometry in a picture": (("reference", "lobe_GGX", "--set", "V=0,0,1"), ("V=0,0,1", "scene", "lobe eval")),
+    "scene that does not suit": (("compare", "lobe_Lambert", "--scene", "sphere-four", "--scene", "gold-teapot-four"),
+                                 ("gold-teapot-four", "f0", "lobe_Lambert")),
+    "metal that does not suit": (("compare", "lobe_Lambert", "--metal", GOLD), ("Au_Johnson.csv", "f0", "lobe_Lambert")),
+    "metal that no lobe shows": (("reference", "lobe_Lambert", "--metal", GOLD), ("Au_Johnson.csv", "f0", "lobe_Lambert")),
+    "scene of a helper": (("compare", "lobe_alpha", "--scene", "sphere-four"), ("sphere-four", "lobe_alpha", "points")),
+    "constants only": (("compare", "metals"), ("metals", "constants")),
     "out of range": (("compare", "lobe_GGX", "--set", "alpha=5"), ("alpha=5", "0.0001..4")),
     "no number": (("compare", "lobe_GGX", "--set", "alpha=x"), ("alpha=x", "1 finite number")),
     "two of three": (("compare", "lobe_GGX", "--set", "f0=1,0.5"), ("f0=1,0.5", "3 finite number")),
@@ -161,6 +208,113 @@ def test_bad_input_overwrites_nothing(lobe, tmp_path):
     assert page.read_text() == "precious" and len(list((tmp_path / "out").iterdir())) == 1
 
 
+@pytest.mark.parametrize("command", [("compare", "lobe_alpha", "--points", "64"), ("reference", "--size", "8")])
+def test_unwritable_json_is_found_before_anything_is_written(lobe, tmp_path, command):
+    (tmp_path / "out").mkdir()
+    page = tmp_path / "out" / "index.html"
+    page.write_text("precious")
+    status, _, err = lobe(*command, "--json", DATA / "README.md" / "r.json")
+    assert status == 2
+    one_line(err, "README.md")
+    assert page.read_text() == "precious" and len(list((tmp_path / "out").iterdir())) == 1
+
+
+FORGOTTEN = """// A file without a reference.
+// needs  nothing
+#ifndef LOBE_FORGOTTEN_GLSL
+#define LOBE_FORGOTTEN_GLSL
+
+// {what}
+// {energy}
+// units       8
+// source      Nobody 2000
+{signature} {{
+    return {value};
+}}
+
+#endif
+"""
+
+
+def with_file(monkeypatch, folder, text):
+    """The library with one file more."""
+    shutil.copytree(GLSL, folder)
+    (folder / "forgotten.glsl").write_text(text)
+    extended = catalogue.load.__wrapped__(folder)
+    monkeypatch.setattr(catalogue, "load", lambda folder=None: extended)
+
+
+@pytest.mark.parametrize("command", ["compare lobe_forgotten", "compare forgotten", "eval lobe_forgotten"])
+def test_function_without_a_reference_is_named(lobe, monkeypatch, tmp_path, command):
+    with_file(monkeypatch, tmp_path / "glsl", FORGOTTEN.format(
+        what="A helper.", energy="Why not.", signature="float lobe_forgotten(float NdotV)", value="NdotV"))
+    status, out, err = lobe(*command.split())
+    assert (status, out) == (2, "")
+    one_line(err, "forgotten.glsl:10: lobe_forgotten(float)", "reference/models/forgotten.h", "reference/models.h")
+
+
+COSINES = """// A lobe of cosines.
+// param  albedo  color  0..1  0.5  reflected part
+// reciprocal  yes
+// energy      <= 1
+// units       8
+// source      Nobody 2000
+vec3 lobe_Cosines(float NdotV, float NdotL, vec3 albedo) {
+    return albedo;
+}
+"""
+
+
+def test_lobe_of_cosines_is_compared_without_frames_and_is_no_material(lobe, monkeypatch, tmp_path):
+    header = "\n".join(FORGOTTEN.splitlines()[:5])
+    with_file(monkeypatch, tmp_path / "glsl", f"{header}\n{COSINES}\n#endif\n")
+    monkeypatch.setattr(compare, "require_reference", lambda functions: None)
+    monkeypatch.setattr(reference, "evaluate", lambda key, x: x[:, 2:])
+    monkeypatch.setattr(compare, "_condition", lambda function, x: np.zeros((len(x), 3)))
+    status, out, err = lobe("compare", "lobe_Cosines", "--scene", "teapot-point", "--size", 16, "--points", 64,
+                            "--json", "-")
+    assert (status, err) == (0, "") and [r["mode"] for r in json.loads(out)["results"]] == ["points", "shading"]
+    status, _, err = lobe("reference", "lobe_Cosines")
+    assert status == 2
+    one_line(err, "lobe_Cosines", "N, V, L", "lobe_Lambert")
+
+
+def test_internal_error_is_one_line_and_status_3(lobe, monkeypatch):
+    def broken(*arguments):
+        raise ZeroDivisionError("of mine")
+
+    monkeypatch.setattr(commands, "list_functions", broken)
+    status, out, err = lobe("list")
+    assert (status, out) == (3, "")
+    one_line(err, "internal error: ZeroDivisionError: of mine", "LOBE_TRACEBACK=1")
+    monkeypatch.setenv("LOBE_TRACEBACK", "1")
+    status, _, err = lobe("list")
+    assert status == 3 and "Traceback" in err and 'in broken' in err
+
+
+def test_without_arguments_it_prints_its_help(lobe):
+    status, out, err = lobe()
+    assert (status, err) == (0, "") and out == lobe("--help")[1] and out.count("\n") > 10
+
+
+def test_skipped_triangles_are_told_once(lobe, tmp_path):
+    (tmp_path / "degen.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 1\nf 1 2 3\nf 1 3 4\nf 1 2 2\nf 3 3 3\n")
+    command = ("compare", "lobe_Lambert", "--mesh", "degen.obj", "--mode", "shading", "--size", 16)
+    assert lobe(*command)[2] == "lobe: degen.obj: 2 degenerate triangles skipped\n"
+    (tmp_path / "one.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nf 1 2 3\nf 1 2 2\n")
+    assert lobe("reference", "--mesh", "one.obj", "--size", 8)[2] == "lobe: one.obj: 1 degenerate triangle skipped\n"
+
+
+def test_list_shows_constants(lobe):
+    for names in ((), ("metals",)):
+        (gold,) = (line.split(maxsplit=1)[1] for line in lobe("list", *names)[1].splitlines() if "LOBE_F0_GOLD" in line)
+        assert gold.startswith("vec3(") and gold.rstrip().endswith("metals.glsl")
+    assert "LOBE_F0_GOLD" not in lobe("list", "ggx")[1]
+    listed = json.loads(lobe("list", "metals", "--json", "-")[1])
+    assert listed["results"] == [] and {c["constant"] for c in listed["constants"]} == set(
+        catalogue.load().file("metals").constants)
+
+
 def test_list_shows_every_function(lobe):
     status, out, _ = lobe("list")
     assert status == 0 and all(f.name in out for f in catalogue.load().functions)
@@ -174,6 +328,16 @@ def test_eval_shows_both_sides(lobe):
     assert status == 0 and "GLSL" in out and "0.07" in out and "reference" in out and "osmesa" in out
     row = json.loads(lobe("eval", "lobe_Lambert", "albedo=1,0.5,0", "--json", "-")[1])["results"][0]
     assert np.allclose(row["reference"], [1 / np.pi, 0.5 / np.pi, 0])
+
+
+def test_eval_beyond_the_range_says_so(lobe):
+    gold = ("eval", "lobe_GGX", "f0=1.04,0.7,0.3")
+    assert lobe(*gold)[0] == 2
+    status, out, _ = lobe(*gold, "--any")
+    assert status == 0 and "no tolerance is promised" in out and "f0 (" in out
+    assert not json.loads(lobe(*gold, "--any", "--json", "-")[1])["results"][0]["in_range"]
+    assert "promised" not in lobe("eval", "lobe_GGX", "f0=1", "--any")[1]
+    assert lobe("eval", "lobe_GGX", "f0=nan", "--any")[0] == 2
 
 
 def test_bundle_goes_to_a_file(lobe, tmp_path):

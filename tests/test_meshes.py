@@ -240,6 +240,34 @@ def test_truncated_file_is_refused(suffix, kept, tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+PLY = """ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+element face 4
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+3 0 2 1
+3 0 1 3
+3 0 3 2
+3 1 2 3
+"""
+
+
+@pytest.mark.parametrize("lines", [1, 2, 4, 5, 7])
+def test_text_with_fewer_elements_than_declared_is_refused(lines, tmp_path):
+    assert len(meshes.load(written(tmp_path, "whole.ply", PLY)).faces) == 4
+    message = refusal(written(tmp_path, "cut.ply", "".join(PLY.splitlines(keepends=True)[:-lines])))
+    assert f"{8 - lines} of the 8 elements" in message
+    assert "7 of the 8 elements" in refusal(written(tmp_path, "within_a_line.ply", PLY[:-3]))
+
+
 @pytest.mark.parametrize("suffix", ["ply", "glb"])
 def test_index_out_of_range_is_refused(suffix, tmp_path):
     faces = [[0, 1, 2], [0, 2, 77]]

@@ -99,7 +99,7 @@ PYTHON = """case "$*" in
 "-V") echo "Python 3.9.2" ;;
 "-m venv --clear "*) mkdir -p "$4/bin" && cp "$0" "$4/bin/python"
     printf '#!/bin/sh\\necho "cli $PWD $*"\\n' >"$4/bin/lobe" && chmod +x "$4/bin/lobe" ;;
-*" -e "*) sleep "${PIP_SECONDS:-0}"; echo "pip was here"; [ -z "$BROKEN_BUILD" ] ;;
+*" -e "*) sleep "${PIP_SECONDS:-0}"; cat "${COMPILER:-/dev/null}"; echo "pip was here"; [ -z "$BROKEN_BUILD" ] ;;
 esac"""
 
 REAL_TOOLS = "cat chmod cksum cp dirname env find flock ls mkdir readlink sed sh sleep tail touch tr"
@@ -201,6 +201,14 @@ def test_launcher_repairs_a_set_up_that_broke_off(machine):
     assert "pip was here" in stderr and str(machine.clone / "build/setup.log") in stderr
     assert machine.start()[0] == 0
     assert machine.called("-m venv") == 2
+
+
+def test_launcher_shows_the_errors_of_the_compiler(machine, tmp_path):
+    errors = [f"  /a/lambert.h:{i}:5: error: expected ';' before number {i}\n" for i in range(1, 8)]
+    (tmp_path / "compiler").write_text("".join(errors) + "  ninja: build stopped\n" * 40)
+    status, _, stderr = machine.start(BROKEN_BUILD="yes", COMPILER=str(tmp_path / "compiler"))
+    assert status == 2 and "".join(errors[:5]) in stderr and "number 6" not in stderr
+    assert stderr.index("number 5") < stderr.index("pip was here")
 
 
 def test_two_launchers_at_once_set_up_once(machine):

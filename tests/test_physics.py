@@ -115,7 +115,7 @@ def test_reciprocal(function, shade):
 def test_not_negative_and_a_fraction_not_above_one(function, shade):
     got = shade(function.call, function.result, sample(function))
     assert (got >= 0).all()
-    if re.match(r"lobe_([FT]|G\d?|albedo|DFG)_", function.name):
+    if re.match(r"lobe_([FT]|G\d?|albedo|DFG)_(?!F82)", function.name):  # F82 takes any value at 82 degrees
         check(got.max(), 1 + function.units * shade.factor * compare.FLOAT32_ROUNDOFF)
 
 
@@ -131,7 +131,8 @@ def test_rotation_changes_nothing(function, shade, rotations=100):
         turned[p.name] = x.reshape(-1, p.width).astype(np.float32)
     got = shade(function.call, function.result, turned).reshape(rotations, 64, -1)
     still = shade(function.call, function.result, base)
-    check(abs(got - still), function.units * shade.factor * reference(function, base).unit + 2e-30)
+    both = reference(function, base).unit + reference(function, turned).unit.reshape(got.shape)
+    check(abs(got - still), function.units * shade.factor * both + 2e-30)
 
 
 @pytest.mark.parametrize("first, other", [(f, g) for f in LIBRARY.functions for g in LIBRARY.find(f.name)[1:]

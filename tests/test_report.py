@@ -61,7 +61,7 @@ def test_page_names_every_function_and_renderer(right, tmp_path):
         assert f'href="#{report.safe(label)}">{label}</a>' in text
         assert f'<article id="{report.safe(label)}"' in text
     assert all(renderer in text for renderer in outcome.renderers.values())
-    assert "Out of tolerance" not in text
+    assert "Out of tolerance" not in text and ", frames " not in text
 
 
 def test_page_states_the_numbers_of_the_rows(right, tmp_path):
@@ -95,6 +95,40 @@ def test_a_worst_point_can_be_computed_again(right):
         for p in result.case.function.parameters:
             read = np.array(given[p.name].split(","), np.float32)
             np.testing.assert_array_equal(read, result.case.inputs[p.name][0, worst.place])
+
+
+def gold(alpha):
+    """A comparison of lobe_GGX where f0's red is above the header's range."""
+    return run(names=("lobe_GGX",), scenes=(scenes.find("gold-teapot-four"),), modes=("shading",),
+               settings={"alpha": (alpha,)})
+
+
+def test_a_command_beyond_the_range_says_any(right):
+    _, outcome = gold(0.25)
+    for worst in map(report.Worst.of, outcome.worst.values()):
+        assert worst.commands and all(c.startswith("./lobe eval --any 'lobe_GGX") for c in worst.commands)
+    assert all("--any" not in c for r in right[1].worst_point.values() for c in report.Worst.of(r).commands)
+
+
+def test_zeros_are_counted_apart(right, tmp_path):
+    plan, outcome = right
+    for result in (*outcome.shown.values(), *outcome.worst_point.values()):
+        assert result.row["nonzero"] == np.count_nonzero(result.case.reference.value.any(-1))
+    unlit = next(r for (name, _), r in outcome.shown.items() if name == "lobe_Lambert")
+    assert 0 < unlit.row["nonzero"] < unlit.row["pixels"]
+    nonzero, all_ = (sum(row[k] for row in outcome.rows) for k in ("nonzero", "pixels"))
+    assert f"{nonzero:,} pixels and points that are not 0, and {all_ - nonzero:,} that are" in report.summary(outcome)
+    assert f"other than 0, and {all_ - nonzero:,} that are 0" in report.write(outcome, plan, tmp_path).read_text()
+
+
+def test_a_user_s_shader_is_not_taken_for_ours(tmp_path):
+    (ours,) = catalogue.load().find("lobe_GGX")
+    mine = compare.Shader(catalogue.load().text, "lobe_GGX(N, V, L, f0 * 1.0, alpha)", "vec3", "foreign", "myGGX", 64)
+    plan, outcome = run(lambda f: mine, names=("lobe_GGX",))
+    text = report.write(outcome, plan, tmp_path).read_text()
+    assert "held against <span class=\"name\">lobe_GGX</span>; K = 64" in text and mine.call in text
+    assert "myGGX</span>: K = 64, held against lobe_GGX" in text
+    assert all(fact not in text for fact in (ours.source, ours.units_why, ours.description, f"energy {ours.energy}"))
 
 
 def test_failures_come_first_with_their_images(failed):
@@ -193,6 +227,7 @@ def test_page_shows_the_frame_and_squares_its_edge_pixels(frames, tmp_path):
     shown = replace(outcome, frame={key: replace(result, edge=edge, row=row)})
     text = report.write(shown, plan, tmp_path).read_text()
     assert f"Frame: {scenes.SHOWN}" in text
+    assert "pictures 64 × 64, frames 256 × 256" in text
     assert f"4 of {row['pixels']:,}, {4 / row['pixels']:.3%}" in text
     assert f"<dd>{report.number(row['flip'])}</dd>" in text
     squares = re.search(r'class="ring edge" d="([^"]*)"', text)[1]

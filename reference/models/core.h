@@ -13,6 +13,9 @@ constexpr double SMALLEST_COSINE = 0x1p-64;
 // Smaller microfacet widths are taken as this one, in D and in whole lobes. It is the float that a shader's 1e-4 is.
 constexpr double SMALLEST_ALPHA = 1e-4f;
 
+// A colour from the function of its channel, 0 to 2.
+template <class F> Vec3 per_channel(F f) { return {f(0), f(1), f(2)}; }
+
 // Rounding puts a cosine beyond 1, a normal map below 0.
 inline double clamp_cosine(double c) { return std::clamp(c, 0.0, 1.0); }
 
@@ -30,13 +33,16 @@ inline double lobe_LdotH(Vec3 V, Vec3 L) {
     return V.cross(L).length() / (V - L).length();
 }
 
-// V + L, whose length is 2 L.H. Sum and difference of unit vectors are orthogonal: where V and L nearly cancel, what
-// the sum has along the difference is the rounding of their lengths, and goes.
-inline Vec3 half_vector(Vec3 V, Vec3 L) {
-    const Vec3 sum = V + L, difference = V - L;
-    if (V.dot(L) >= 0) return sum;
-    return sum - difference * (sum.dot(difference) / difference.length2());
+// V + L, whose length is 2 L.H. Where V and L nearly cancel, the sum would be the rounding of their lengths; there the
+// triple product (V x L) x (V - L) = (1 - V.L) (V + L) of unit vectors has what lies across both and nothing else.
+inline Vec3 lobe_H(Vec3 V, Vec3 L) {
+    const double cosine = V.dot(L);
+    if (cosine >= 0) return V + L;
+    return V.cross(L).cross(V - L) / (1 - cosine);
 }
+
+// The sines of the elevations above the surface: distances from the plane across N.
+inline Vec2 lobe_cosines(Vec3 N, Vec3 V, Vec3 L, Vec3) { return {N.dot(V), N.dot(L)}; }
 
 // With delta the angle between N and H, the chords of the unit circle give |n - h| = 2 sin(delta/2) and
 // |n + h| = 2 cos(delta/2), hence sin^2 delta = |n - h|^2 |n + h|^2 / 4. H has any length; 0 for a null H.
@@ -47,6 +53,8 @@ inline double lobe_sin2_NH(Vec3 N, Vec3 H) {
 }
 
 LOBE_MODEL(core, LOBE_FUNCTION(double, lobe_alpha, (double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_H, (Vec3 V, Vec3 L)),
+           LOBE_FUNCTION(Vec2, lobe_cosines, (Vec3 N, Vec3 V, Vec3 L, Vec3 H)),
            LOBE_FUNCTION(double, lobe_LdotH, (Vec3 V, Vec3 L)), LOBE_FUNCTION(double, lobe_sin2_NH, (Vec3 N, Vec3 H)))
 
 }  // namespace lobe

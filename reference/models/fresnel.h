@@ -1,4 +1,5 @@
-// Reflection and transmission at a smooth interface: Fresnel 1823 by complex amplitudes, and Schlick 1994.
+// Reflection and transmission at a smooth interface: Fresnel 1823 by complex amplitudes; the approximations of Schlick
+// 1994 and of those who mended it; the directions.
 #pragma once
 
 #include "core.h"
@@ -13,26 +14,46 @@ inline std::complex<double> eta_cosT(double cosI, double eta) {
     return std::sqrt(std::complex<double>((eta - 1) * (eta + 1) + cosI * cosI));
 }
 
-// Mean of |r_s|^2 and |r_p|^2, amplitudes of Born & Wolf, Principles of Optics, sec. 1.5.2, eq. 21. Under total
-// internal reflection numerator and denominator are conjugate: F = 1. Without an interface, eta = 1, F = 0 at every
-// angle.
-inline double lobe_F_dielectric(double cosI, double eta) {
-    if (eta == 1) return 0;
-    const double c = clamp_cosine(cosI);
+// Both polarisations' mean: light that is not polarised.
+inline double unpolarised(Vec2 sp) { return (sp.x + sp.y) / 2; }
+
+// |r_s|^2 and |r_p|^2, amplitudes of Born & Wolf, Principles of Optics, sec. 1.5.2, eq. 21. Under total internal
+// reflection numerator and denominator are conjugate: F = 1. Without an interface, eta = 1, F = 0 at every angle.
+inline Vec2 lobe_F_dielectric_sp(double cosI, double eta) {
+    if (eta == 1) return Vec2(0);
+    const double c = clamp_cosine(cosI), eta2 = eta * eta;
     const std::complex<double> g = eta_cosT(c, eta);
-    const double eta2 = eta * eta;
-    return std::min(1.0, (std::norm((c - g) / (c + g)) + std::norm((eta2 * c - g) / (eta2 * c + g))) / 2);
+    return {std::min(1.0, std::norm((c - g) / (c + g))), std::min(1.0, std::norm((eta2 * c - g) / (eta2 * c + g)))};
 }
+inline double lobe_F_dielectric(double cosI, double eta) { return unpolarised(lobe_F_dielectric_sp(cosI, eta)); }
 
 // The flux behind the interface, from the transmitted amplitudes t_s, t_p of Born & Wolf, sec. 1.5.2, eq. 20:
 // T = eta cos(theta_t) / cosI |t|^2 with t_s = 2 cosI / (cosI + g), t_p = 2 eta cosI / (eta^2 cosI + g). Never 1 - F,
 // which cancels at grazing.
-inline double lobe_T_dielectric(double cosI, double eta) {
-    if (eta == 1) return 1;
+inline Vec2 lobe_T_dielectric_sp(double cosI, double eta) {
+    if (eta == 1) return Vec2(1);
     const double c = clamp_cosine(cosI);
     const std::complex<double> g = eta_cosT(c, eta);
     const std::complex<double> s = 2.0 / (c + g), p = 2 * eta / (eta * eta * c + g);  // t_s / cosI, t_p / cosI
-    return g.real() * c * (std::norm(s) + std::norm(p)) / 2;
+    return Vec2(std::norm(s), std::norm(p)) * (g.real() * c);
+}
+inline double lobe_T_dielectric(double cosI, double eta) { return unpolarised(lobe_T_dielectric_sp(cosI, eta)); }
+
+// The same amplitudes with the complex index eta + i k, Born & Wolf, sec. 14.2: Snell's law holds as it stands. Near an
+// index match c - g cancels; the digits of long double pay for it. Without an interface, eta = 1 and k = 0, F = 0.
+inline Vec2 lobe_F_conductor_sp(double cosI, double eta, double k) {
+    using Complex = std::complex<long double>;
+    if (eta == 1 && k == 0) return Vec2(0);
+    const long double c = clamp_cosine(cosI);
+    const Complex n(eta, k), g = std::sqrt((n - 1.0L) * (n + 1.0L) + c * c), n2c = n * n * c;
+    const auto reflectance = [](Complex r) { return std::min(1.0, double(std::norm(r))); };
+    return {reflectance((c - g) / (c + g)), reflectance((n2c - g) / (n2c + g))};
+}
+inline double lobe_F_conductor(double cosI, double eta, double k) {
+    return unpolarised(lobe_F_conductor_sp(cosI, eta, k));
+}
+inline Vec3 lobe_F_conductor(double cosI, Vec3 eta, Vec3 k) {
+    return per_channel([&](int i) { return lobe_F_conductor(cosI, eta[i], k[i]); });
 }
 
 // Schlick's weight w = (1 - cosI)^5 of the grazing colour and its complement, each to full relative accuracy, from the
@@ -68,13 +89,61 @@ inline Vec3 half_angle_F_Schlick(Vec3 V, Vec3 L, Vec3 f0) {
     return schlick_weights(V, L).mix(reflected, Vec3(1));
 }
 
+// Schlick's curve with a dip: minus b c (1 - c)^6, which is steepest at c = 1/7, 82 degrees, where it takes `drop` away
+// (Lazanyi, Szirmay-Kalos 2005; Hoffman 2019). Where the difference is negative it is no reflectance: 0.
+inline double schlick_with_dip(double cosI, double f0, double drop) {
+    const double c = clamp_cosine(cosI), x = 1 - c;
+    const double dip = 7 * c * std::pow(7 * x / 6, 6);  // 1 at c = 1/7
+    return std::max(0.0, lobe_F_Schlick(c, f0, 1.0) - drop * dip);
+}
+
+// Hoffman 2019: the reflectance at 82 degrees is given.
+inline Vec3 lobe_F_F82(double cosI, Vec3 f0, Vec3 f82) {
+    return per_channel([&](int i) { return schlick_with_dip(cosI, f0[i], lobe_F_Schlick(1.0 / 7, f0[i]) - f82[i]); });
+}
+// Kutz, Hasan, Edmondson 2021: it is given as a part of Schlick's.
+inline Vec3 lobe_F_F82_tint(double cosI, Vec3 f0, Vec3 tint) {
+    return per_channel([&](int i) {
+        return schlick_with_dip(cosI, f0[i], lobe_F_Schlick(1.0 / 7, f0[i]) * (1 - tint[i]));
+    });
+}
+
+// F(c)/F(1) - 1 of a dielectric short of total reflection. The amplitudes are r_s = (eta^2 - 1)/(c + g)^2 and
+// r_p = r_s cos(i + t)/cos(i - t), so that the ratio is (1 + a)^4 (1 + (1 - d)^2)/2 with 1 + a = (1 + eta)/(c + g) and
+// d = 1 - cos(i + t)/cos(i - t). Both vanish like s = sin^2(theta_i); only their leading terms cancel in the rise.
+inline double dielectric_rise(double c, double eta) {
+    const double g = eta_cosT(c, eta).real(), s = (1 - c) * (1 + c);
+    const double a = s * (1 / (1 + c) + 1 / (eta + g)) / (c + g), d = 2 * s / (c * g + s);
+    const double rise_s = a * (2 + a) * (1 + (1 + a) * (1 + a)), fall_p = d * (1 - d / 2);
+    return rise_s - fall_p - rise_s * fall_p;
+}
+
+// R. Hall, Illumination and Color in Computer Generated Imagery, 1989 (Cook, Torrance 1982 interpolate likewise): the
+// colour goes to white as F of a dielectric goes to 1, by (F - F(1))/(1 - F(1)), F(1) = ((eta0 - 1)/(eta0 + 1))^2.
+inline Vec3 lobe_F_Hall(double cosI, Vec3 f0, double eta0) {
+    const double c = clamp_cosine(cosI);
+    const bool total = eta0 != 1 && eta_cosT(c, eta0).real() == 0;
+    const double match = (eta0 - 1) * (eta0 - 1) / (4 * eta0);  // F(1)/(1 - F(1))
+    const double white = total ? 1 : eta0 == 1 ? 0 : match * std::max(0.0, dielectric_rise(c, eta0));
+    return f0 * (1 - white) + Vec3(white);
+}
+
 // r = (eta - 1)/(eta + 1) = tanh(ln(eta)/2) at normal incidence.
 inline double lobe_f0(double eta) {
     const double r = std::tanh(std::log(eta) / 2);
     return r * r;
 }
 
-// The inverse, for eta >= 1. f0 >= 1 has no dielectric: it is taken as the largest float below 1.
+// |r|^2 of the complex index.
+inline double lobe_f0(double eta, double k) {
+    const std::complex<double> n(eta, k);
+    return std::norm((n - 1.0) / (n + 1.0));
+}
+inline Vec3 lobe_f0(Vec3 eta, Vec3 k) {
+    return per_channel([&](int i) { return lobe_f0(eta[i], k[i]); });
+}
+
+// The inverse of the first, for eta >= 1. f0 >= 1 has no dielectric: it is taken as the largest float below 1.
 inline double lobe_eta(double f0) { return std::exp(2 * std::atanh(std::sqrt(std::clamp(f0, 0.0, 1 - 0x1p-24)))); }
 
 // Snell's law; 0 under total internal reflection, where the cosine is imaginary.
@@ -85,7 +154,31 @@ inline double lobe_cosT(double cosI, double eta) {
 // sin(theta_c) = eta: smaller cosines are totally reflected. 0 where no angle is.
 inline double lobe_cos_critical(double eta) { return eta < 1 ? std::cos(std::asin(eta)) : 0; }
 
-LOBE_MODEL(fresnel, LOBE_FUNCTION(double, lobe_F_dielectric, (double cosI, double eta)),
+// The part of a direction along the surface. N is a unit vector.
+inline Vec3 tangential(Vec3 N, Vec3 V) { return N.cross(V.cross(N)); }
+
+// The mirror keeps what V has along N and turns the rest around.
+inline Vec3 lobe_reflect(Vec3 N, Vec3 V) { return N * N.dot(V) - tangential(N, V); }
+
+// Snell's law: the part along the surface shrinks by eta, sin(theta_t) = sin(theta_i)/eta, and the light goes on behind
+// the surface, against N. 0 under total internal reflection.
+inline Vec3 lobe_refract(Vec3 N, Vec3 V, double eta) {
+    const std::complex<double> g = eta_cosT(N.dot(V), eta);
+    return g.imag() > 0 ? Vec3(0) : (tangential(N, V) + N * g.real()) / -eta;
+}
+
+LOBE_MODEL(fresnel, LOBE_FUNCTION(Vec2, lobe_F_dielectric_sp, (double cosI, double eta)),
+           LOBE_FUNCTION(Vec2, lobe_T_dielectric_sp, (double cosI, double eta)),
+           LOBE_FUNCTION(Vec2, lobe_F_conductor_sp, (double cosI, double eta, double k)),
+           LOBE_FUNCTION(double, lobe_F_conductor, (double cosI, double eta, double k)),
+           LOBE_FUNCTION(Vec3, lobe_F_conductor, (double cosI, Vec3 eta, Vec3 k)),
+           LOBE_FUNCTION(Vec3, lobe_F_F82, (double cosI, Vec3 f0, Vec3 f82)),
+           LOBE_FUNCTION(Vec3, lobe_F_F82_tint, (double cosI, Vec3 f0, Vec3 tint)),
+           LOBE_FUNCTION(Vec3, lobe_F_Hall, (double cosI, Vec3 f0, double eta0)),
+           LOBE_FUNCTION(double, lobe_f0, (double eta, double k)), LOBE_FUNCTION(Vec3, lobe_f0, (Vec3 eta, Vec3 k)),
+           LOBE_FUNCTION(Vec3, lobe_reflect, (Vec3 N, Vec3 V)),
+           LOBE_FUNCTION(Vec3, lobe_refract, (Vec3 N, Vec3 V, double eta)),
+           LOBE_FUNCTION(double, lobe_F_dielectric, (double cosI, double eta)),
            LOBE_FUNCTION(double, lobe_T_dielectric, (double cosI, double eta)),
            LOBE_FUNCTION(Vec3, lobe_F_Schlick, (double cosI, Vec3 f0)),
            LOBE_FUNCTION(Vec3, lobe_F_Schlick, (double cosI, Vec3 f0, Vec3 f90)),

@@ -1,4 +1,5 @@
-// Oren, Nayar 1994: V-shaped grooves of Lambertian facets. sigma is the standard deviation of their tilt in radians.
+// Oren, Nayar 1994: V-shaped grooves of Lambertian facets, sigma the standard deviation of their tilt in radians; and
+// its descendant EON, whose roughness in 0..1 is neither that angle nor a microfacet width.
 #pragma once
 
 #include "core.h"
@@ -23,7 +24,110 @@ inline Vec3 lobe_OrenNayar_qualitative(Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, doub
     return albedo / std::numbers::pi * (A + B * std::max(0.0, cos_phi) * sin_alpha * tan_beta);
 }
 
+// How the planes of N and V and of N and L, with the normals N x V and N x L, stand to each other: the cosine of
+// phi_r - phi_i and its distance from -1 or 1, which is half the square of a chord. Undefined along N: cosine 0.
+struct Azimuth {
+    Azimuth(Vec3 N, Vec3 V, Vec3 L) {
+        const Vec3 r = N.cross(V).normalized(), i = N.cross(L).normalized();
+        cos = r.dot(i);
+        off_plane = std::min((r - i).length2(), (r + i).length2()) / 2;
+    }
+    double cos, off_plane;  // off_plane = 1 - |cos|
+};
+
+// The full model, eqs. 25 to 27: direct light by C1, C2, C3, and the light from facet to facet. The paper's angles
+// alpha (the larger) and beta are written as elevations a, b over the surface, 2 alpha / pi = 1 - 2 a / pi, which keep
+// their digits at grazing. There the model is unbounded; and with sigma beyond 0.66 it is negative for dark surfaces,
+// lit and seen at grazing from opposite sides: 0.
+inline Vec3 lobe_OrenNayar(Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma) {
+    if (!(N.dot(V) > 0 && N.dot(L) > 0)) return Vec3(0);
+    const auto elevation = [&](Vec3 X) { return std::atan2(std::max(N.dot(X), SMALLEST_COSINE), N.cross(X).length()); };
+    const auto [a, b] = std::minmax({elevation(V), elevation(L)});
+    const Azimuth azimuth(N, V, L);
+    const double x = 2 * a / std::numbers::pi, y = 2 * b / std::numbers::pi, sigma2 = sigma * sigma;
+
+    // sin(alpha) - (2 beta/pi)^3 = (1 - (1 - y)^3) - (1 - cos a): both tend to 1 at grazing.
+    const double far_side = y * (3 - y * (3 - y)) - 2 * std::pow(std::sin(a / 2), 2);
+    const double C1 = 1 - 0.5 * sigma2 / (sigma2 + 0.33), rough = sigma2 / (sigma2 + 0.09);
+    const double C2 = 0.45 * rough * (azimuth.cos >= 0 ? std::cos(a) : far_side);
+    const double C3 = 0.125 * rough * std::pow((1 - x) * (1 - y), 2);
+    const double direct = C1 + azimuth.cos * C2 / std::tan(b) + azimuth.off_plane * C3 / std::tan((a + b) / 2);
+    const double mutual = 0.17 * sigma2 / (sigma2 + 0.13) * (1 - azimuth.cos * (1 - y) * (1 - y));
+    return per_channel([&](int i) {
+        return std::max(0.0, albedo[i] / std::numbers::pi * (direct + albedo[i] * mutual));
+    });
+}
+
+// EON: Portsmouth, Kutz, Hill, EON: A practical energy-preserving rough diffuse BRDF, JCGT 2025. Fujii's form of
+// Oren-Nayar, f = A (1 + r s / t) / pi, with a lobe for the light that is reflected more than once.
+struct EON {
+    explicit EON(double roughness) : r(std::clamp(roughness, 0.0, 1.0)), A(1 / (1 + c1 * r)) {}
+
+    // 1 - E of a direction, and of their mean: E = A (1 + r G/pi) with the same A that makes E(grazing) = 1, hence
+    // 1 - E = A r (c1 - G/pi).
+    double lost(double c1_minus_G) const { return A * r * c1_minus_G; }
+    double lost_on_average() const { return lost(c1 - c2); }
+
+    // The colour of the light reflected more than once, from the series of the bounces: each is dimmed by the albedo.
+    double multiple(double albedo) const {
+        return albedo * albedo * (1 - lost_on_average()) / (1 - albedo * lost_on_average());
+    }
+
+    static constexpr double pi = std::numbers::pi, c1 = 0.5 - 2 / (3 * pi), c2 = 2.0 / 3 - 28 / (15 * pi);
+    double r, A;
+};
+
+// c1 - G/pi for the exact albedo, in the elevation e of the direction, G = sin(theta) (theta - sin(theta) cos(theta)) +
+// 2/3 tan(theta) (1 - sin^3(theta)) - 2/3 sin(theta) and c1 = G(pi/2)/pi. Collected so that every term but the last
+// vanishes by itself at grazing and nothing cancels: 1 - sin(theta) = c^2 / (1 + sin(theta)).
+inline double lobe_loss_EON(double NdotX) {
+    const double c = clamp_cosine(NdotX), e = std::asin(c), s = std::cos(e), complement = c * c / (1 + s);
+    return ((EON::pi / 2 - 2.0 / 3) * complement + s * (e + s * c - 2.0 / 3 * c * (1 + s * s / (1 + s)))) / EON::pi;
+}
+
+// 1 + r s / t with s = V.L - NdotV NdotL = (N x V).(N x L), and t the larger cosine in front of the plane across, 1
+// behind it. There s may be -1: as N.V, N.L and the part of H = V + L along the surface make up |H|^2 = 2 + 2 V.L,
+// 1 + s = (NdotV^2 + NdotL^2 + |N x H|^2)/2.
+inline double fujii(Vec3 N, Vec3 V, Vec3 L, double r) {
+    const double v = std::max(N.dot(V), SMALLEST_COSINE), l = std::max(N.dot(L), SMALLEST_COSINE);
+    const double s = N.cross(V).dot(N.cross(L));
+    if (s > 0) return 1 + r * s / std::max(v, l);
+    return 1 - r + r * (v * v + l * l + N.cross(lobe_H(V, L)).length2()) / 2;
+}
+
+inline Vec3 lobe_OrenNayar_EON(Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness) {
+    const double NdotV = N.dot(V), NdotL = N.dot(L);
+    if (!(NdotV > 0 && NdotL > 0)) return Vec3(0);
+    const EON model(roughness);
+    const double single = model.A * fujii(N, V, L, model.r);
+    // (1 - E(V)) (1 - E(L)) / (1 - mean E), with A r divided out: without roughness nothing is left of it.
+    const double multiple = model.lost(lobe_loss_EON(NdotV)) * lobe_loss_EON(NdotL) / (EON::c1 - EON::c2);
+    return per_channel([&](int i) { return (albedo[i] * single + model.multiple(albedo[i]) * multiple) / EON::pi; });
+}
+
+// albedo E(V) of the first bounce, and of what it lost, 1 - E(V), the part that the others bring back.
+inline Vec3 lobe_albedo_EON(double NdotV, Vec3 albedo, double roughness) {
+    const EON model(roughness);
+    const double lost = model.lost(lobe_loss_EON(NdotV));
+    return per_channel([&](int i) { return albedo[i] * (1 - lost) + model.multiple(albedo[i]) * lost; });
+}
+
+// The shader's shorter fits are held to what they stand for.
+inline double lobe_loss_EON_fast(double NdotX) { return lobe_loss_EON(NdotX); }
+inline Vec3 lobe_OrenNayar_EON_fast(Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness) {
+    return lobe_OrenNayar_EON(N, V, L, albedo, roughness);
+}
+inline Vec3 lobe_albedo_EON_fast(double NdotV, Vec3 albedo, double roughness) {
+    return lobe_albedo_EON(NdotV, albedo, roughness);
+}
+
 LOBE_MODEL(oren_nayar,
-           LOBE_FUNCTION(Vec3, lobe_OrenNayar_qualitative, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma)))
+           LOBE_FUNCTION(Vec3, lobe_OrenNayar_qualitative, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma)),
+           LOBE_FUNCTION(Vec3, lobe_OrenNayar, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma)),
+           LOBE_FUNCTION(double, lobe_loss_EON, (double NdotX)), LOBE_FUNCTION(double, lobe_loss_EON_fast, (double NdotX)),
+           LOBE_FUNCTION(Vec3, lobe_OrenNayar_EON, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_OrenNayar_EON_fast, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_albedo_EON, (double NdotV, Vec3 albedo, double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_albedo_EON_fast, (double NdotV, Vec3 albedo, double roughness)))
 
 }  // namespace lobe

@@ -19,7 +19,8 @@ Vec3 direction(double theta, double phi) {
     return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-const Vec3 NORMAL(0, 0, 1);
+const Vec3 NORMAL(0, 0, 1), ALONG(1, 0, 0);
+const Vec3 GOLD_ETA(0.16, 0.35, 1.3), GOLD_K(3.6, 2.7, 1.9);  // roughly, at 650, 550 and 450 nm
 
 // Integral over the hemisphere by midpoints. theta is spaced for features of angular width `width` about the pole.
 double over_hemisphere(double width, int steps, const std::function<double(const Vec3&)>& f) {
@@ -31,6 +32,12 @@ double over_hemisphere(double width, int steps, const std::function<double(const
             sum += f(direction(theta, 2 * PI * (j + 0.5) / steps)) * std::sin(theta) * d_theta * 2 * PI / steps;
     }
     return sum;
+}
+
+// Directional albedo of a lobe's first channel. The density of the nodes in L is uniform: for wide lobes only.
+double albedo(double theta, int steps, const std::function<Vec3(const Vec3& V, const Vec3& L)>& lobe) {
+    const Vec3 V = direction(theta, 0);
+    return over_hemisphere(1, steps, [&](const Vec3& L) { return lobe(V, L).x * L.z; });
 }
 
 // Pairs of directions above the surface, the same at every run.
@@ -117,6 +124,13 @@ TEST(Lobes, AreReciprocal) {
         expect_same(lobe_GGX_Kelemen(NORMAL, V, L, colour, 0.3), lobe_GGX_Kelemen(NORMAL, L, V, colour, 0.3));
         expect_same(lobe_OrenNayar_qualitative(NORMAL, V, L, colour, 0.5),
                     lobe_OrenNayar_qualitative(NORMAL, L, V, colour, 0.5));
+        for (const auto lobe : {&lobe_Beckmann, &lobe_CookTorrance, &lobe_Phong, &lobe_BlinnPhong, &lobe_OrenNayar,
+                                &lobe_OrenNayar_EON, &lobe_OrenNayar_EON_fast})
+            expect_same(lobe(NORMAL, V, L, colour, 0.3), lobe(NORMAL, L, V, colour, 0.3));
+        expect_same(lobe_GGX_aniso(NORMAL, ALONG, V, L, colour, 0.1, 0.4),
+                    lobe_GGX_aniso(NORMAL, ALONG, L, V, colour, 0.1, 0.4));
+        expect_same(lobe_GGX_conductor(NORMAL, V, L, GOLD_ETA, GOLD_K, 0.3),
+                    lobe_GGX_conductor(NORMAL, L, V, GOLD_ETA, GOLD_K, 0.3));
     });
 }
 
@@ -127,6 +141,11 @@ TEST(Lobes, AreBlackBelowTheHorizon) {
         EXPECT_EQ(lobe_OrenNayar_qualitative(NORMAL, V, L, albedo, 0.5), Vec3(0));
         EXPECT_EQ(lobe_GGX(NORMAL, V, L, albedo, 0.5), Vec3(0));
         EXPECT_EQ(lobe_GGX_Kelemen(NORMAL, V, L, albedo, 0.5), Vec3(0));
+        EXPECT_EQ(lobe_GGX_aniso(NORMAL, ALONG, V, L, albedo, 0.5, 0.2), Vec3(0));
+        EXPECT_EQ(lobe_GGX_conductor(NORMAL, V, L, GOLD_ETA, GOLD_K, 0.5), Vec3(0));
+        for (const auto lobe : {&lobe_Beckmann, &lobe_CookTorrance, &lobe_Phong, &lobe_Phong_1975, &lobe_BlinnPhong,
+                                &lobe_OrenNayar, &lobe_OrenNayar_EON, &lobe_OrenNayar_EON_fast, &lobe_GGX_multiple})
+            EXPECT_EQ(lobe(NORMAL, V, L, albedo, 0.5), Vec3(0));
     }
 }
 
@@ -208,6 +227,342 @@ TEST(Masking, GrooveShadesOnlyFarFromTheMirror) {
         EXPECT_NEAR(4 * V.z * L.z * lobe_V_Vgroove(V.z, L.z, H.z, VdotH), G, ROUNDING);
         EXPECT_NEAR(lobe_V_Kelemen(V, L) * (V + L).length2(), 1, 1e-9);  // V + L itself cancels
     });
+}
+
+TEST(Fresnel, FluxOfEachPolarisationIsOne) {
+    for (double eta : {0.4, 0.75, 1.0, 1.0003, 1.5, 4.0})
+        for (double cosI : {0.0, 1e-6, 0.3, 0.9, 1.0}) {
+            const Vec2 sum = lobe_F_dielectric_sp(cosI, eta) + lobe_T_dielectric_sp(cosI, eta);
+            EXPECT_NEAR(sum.x, 1, ROUNDING);
+            EXPECT_NEAR(sum.y, 1, ROUNDING);
+        }
+}
+
+TEST(Fresnel, MetalWithoutAbsorptionIsADielectric) {
+    for (double eta : {0.4, 1.0, 1.0003, 1.5, 4.0})
+        for (double cosI : {0.0, 1e-6, 0.3, 0.9, 1.0})
+            EXPECT_NEAR(lobe_F_conductor(cosI, eta, 0), lobe_F_dielectric(cosI, eta),
+                        1e-11 * lobe_F_dielectric(cosI, eta));
+}
+
+// Abeles 1950: at 45 degrees R_p = R_s^2, whatever the index.
+TEST(Fresnel, PolarisationsAt45Degrees) {
+    for (double eta : {0.05, 0.5, 1.0, 3.0})
+        for (double k : {0.01, 1.0, 8.0}) {
+            const Vec2 sp = lobe_F_conductor_sp(std::sqrt(0.5), eta, k);
+            EXPECT_NEAR(sp.y / (sp.x * sp.x), 1, ROUNDING);
+        }
+}
+
+TEST(Fresnel, MetalAtNormalAndGrazingIncidence) {
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(lobe_F_conductor(1, GOLD_ETA, GOLD_K)[i], lobe_f0(GOLD_ETA, GOLD_K)[i], ROUNDING);
+        EXPECT_NEAR(lobe_F_conductor(0, GOLD_ETA, GOLD_K)[i], 1, ROUNDING);
+    }
+    EXPECT_NEAR(lobe_f0(1.5, 0), lobe_f0(1.5), ROUNDING);
+    EXPECT_NEAR(lobe_F_conductor(1, 1.0, 1e-4) / 2.5e-9, 1, 1e-8);  // k^2/4: an index match does not cancel
+}
+
+TEST(Fresnel, F82PassesThroughItsThreeColours) {
+    const Vec3 f0(0.9, 0.04, 0), f82(0.5, 0.3, 0);
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(lobe_F_F82(1, f0, f82)[i], f0[i], ROUNDING);
+        EXPECT_NEAR(lobe_F_F82(1.0 / 7, f0, f82)[i], f82[i], ROUNDING);
+        EXPECT_NEAR(lobe_F_F82(0, f0, f82)[i], 1, ROUNDING);
+        EXPECT_NEAR(lobe_F_F82_tint(0.2, f0, Vec3(1))[i], lobe_F_Schlick(0.2, f0)[i], ROUNDING);
+        EXPECT_NEAR(lobe_F_F82_tint(1.0 / 7, f0, Vec3(0.5))[i], lobe_F_Schlick(1.0 / 7, f0)[i] / 2, ROUNDING);
+    }
+    EXPECT_EQ(lobe_F_F82(0.3, f0, f82).z, 0);  // the formula alone is negative
+}
+
+// With the colour of the dielectric itself, the shift of the colour is the Fresnel term.
+TEST(Fresnel, HallIsFresnelForTheColourOfItsIndex) {
+    for (double eta : {0.7, 1.0003, 1.5, 3.0})
+        for (double cosI : {0.0, 1e-6, 0.3, 0.9, 1 - 1e-7, 1.0})
+            EXPECT_NEAR(lobe_F_Hall(cosI, Vec3(lobe_f0(eta)), eta).x / lobe_F_dielectric(cosI, eta), 1, 1e-11);
+    EXPECT_EQ(lobe_F_Hall(0.3, GOLD_ETA, 1), GOLD_ETA);
+}
+
+TEST(Fresnel, MirrorAndRefractionComeBack) {
+    for_pairs([](const Vec3& N, const Vec3& V) {
+        const Vec3 R = lobe_reflect(N, V);
+        EXPECT_NEAR(N.dot(R), N.dot(V), ROUNDING);
+        EXPECT_NEAR((lobe_reflect(N, R) - V).length(), 0, ROUNDING);
+        if (N.dot(V) < 0.01) return;
+        EXPECT_NEAR((lobe_refract(N, V, 1) + V).length(), 0, ROUNDING);
+        const Vec3 L = lobe_refract(N, V, 1.5);
+        EXPECT_NEAR(L.length(), 1, ROUNDING);
+        EXPECT_NEAR(-N.dot(L), lobe_cosT(N.dot(V), 1.5), ROUNDING);
+        EXPECT_NEAR((lobe_refract(-N, L, 1 / 1.5) - V).length(), 0, 1e-11);
+    });
+    EXPECT_EQ(lobe_refract(NORMAL, direction(1.2, 0), 1 / 1.5), Vec3(0));
+}
+
+TEST(Beckmann, ProjectedAreaOfFacetsIsOne) {
+    for (double alpha : {1e-4, 0.01, 0.3, 1.0, 4.0}) {
+        const auto from_cosine = [&](const Vec3& H) { return lobe_D_Beckmann(H.z, alpha) * H.z; };
+        const auto from_vectors = [&](const Vec3& H) { return lobe_D_Beckmann(NORMAL, H * 3, alpha) * H.z; };
+        EXPECT_NEAR(over_hemisphere(alpha, 1000, from_cosine), 1, QUADRATURE) << "alpha " << alpha;
+        EXPECT_NEAR(over_hemisphere(alpha, 1000, from_vectors), 1, QUADRATURE) << "alpha " << alpha;
+    }
+}
+
+TEST(Anisotropic, ProjectedAreaOfFacetsIsOne) {
+    for (double alpha : {0.05, 0.5}) {
+        const auto area = [&](auto D) {
+            return over_hemisphere(alpha, 1000, [&](const Vec3& H) {
+                return D(H.z, H.x, H.y, alpha, 2 * alpha) * H.z; });
+        };
+        EXPECT_NEAR(area(lobe_D_GGX_aniso), 1, QUADRATURE);
+        EXPECT_NEAR(area(lobe_D_Beckmann_aniso), 1, QUADRATURE);
+    }
+}
+
+TEST(Anisotropic, EqualWidthsAreIsotropic) {
+    for_pairs([](const Vec3& V, const Vec3& L) {
+        EXPECT_NEAR(lobe_D_GGX_aniso(V.z, V.x, V.y, 0.3, 0.3) / lobe_D_GGX(V.z, 0.3), 1, 1e-10);
+        EXPECT_NEAR(lobe_D_Beckmann_aniso(V.z, V.x, V.y, 0.8, 0.8), lobe_D_Beckmann(V.z, 0.8), 1e-10);
+        EXPECT_NEAR(lobe_V_GGX_aniso(V.z, L.z, V.x, V.y, L.x, L.y, 0.3, 0.3) / lobe_V_GGX(V.z, L.z, 0.3), 1, 1e-10);
+        EXPECT_NEAR(lobe_GGX_aniso(NORMAL, ALONG, V, L, Vec3(0.5), 0.3, 0.3).x /
+                        lobe_GGX(NORMAL, V, L, Vec3(0.5), 0.3).x,
+                    1, 1e-10);
+    });
+}
+
+// The wide axis is T's: in its plane the highlight of a narrow lobe reaches further.
+TEST(Anisotropic, TIsTheAxisOfAlphaX) {
+    const auto off = [](double phi) {
+        return lobe_GGX_aniso(NORMAL, ALONG, direction(0.3, phi), direction(0.3, phi), Vec3(1), 0.4, 0.1).x;
+    };
+    EXPECT_GT(off(0), 10 * off(PI / 2));
+}
+
+TEST(Beckmann, WeakWhiteFurnace) {
+    for (double alpha : {0.1, 0.5, 1.0, 2.0})
+        for (double theta : {0.1, 0.8, 1.3, 1.5}) {
+            const Vec3 V = direction(theta, 0);
+            const double seen = over_hemisphere(alpha, 1000, [&](const Vec3& H) {
+                return lobe_D_Beckmann(NORMAL, H, alpha) * std::max(0.0, V.dot(H));
+            });
+            EXPECT_NEAR(lobe_G1_Beckmann(V.z, alpha) * seen / V.z, 1, 10 * QUADRATURE) << alpha << " " << theta;
+        }
+}
+
+TEST(Beckmann, MaskingHasItsLimits) {
+    EXPECT_EQ(lobe_G1_Beckmann(0.5, 0), 1);
+    EXPECT_EQ(lobe_G1_Beckmann(1, 0.5), 1);
+    EXPECT_EQ(lobe_G1_Beckmann(0, 0), 0);
+    EXPECT_NEAR(lobe_V_Beckmann(0, 0.5, 0.3) / lobe_V_Beckmann(1e-12, 0.5, 0.3), 1, 1e-10);
+    EXPECT_TRUE(std::isfinite(lobe_V_Beckmann(0, 0, 0)));
+    for (double alpha = 0.05; alpha <= 4; alpha *= 1.1)
+        for (double c = 0; c <= 1; c += 1.0 / 64)  // stability.md's figure for the fit is 0.313 %
+            EXPECT_NEAR(lobe_G1_Beckmann_fast(c, alpha), lobe_G1_Beckmann(c, alpha), 3.2e-3);
+}
+
+TEST(Masking, CorrelationLeavesMoreLightThanIndependence) {
+    for_pairs([](const Vec3& V, const Vec3& L) {
+        EXPECT_LE(lobe_G2_GGX_separable(V.z, L.z, 0.3), lobe_G2_GGX(V.z, L.z, 0.3) * (1 + ROUNDING));
+        EXPECT_NEAR(4 * V.z * L.z * lobe_V_GGX_separable(V.z, L.z, 0.3) / lobe_G2_GGX_separable(V.z, L.z, 0.3), 1,
+                    ROUNDING);
+        for (double alpha : {0.0, 1.0})  // where Hammon's line begins and ends
+            EXPECT_NEAR(lobe_V_GGX_fast(V.z, L.z, alpha) / lobe_V_GGX(V.z, L.z, alpha), 1, ROUNDING);
+        EXPECT_LE(lobe_G2_Beckmann(V.z, L.z, 0.3), lobe_G1_Beckmann(V.z, 0.3));
+    });
+}
+
+TEST(Lobes, WhiteMicrofacetsNeverGain) {
+    for (double theta : {0.0, 0.8, 1.5}) {
+        for (const auto lobe : {&lobe_Beckmann, &lobe_CookTorrance}) {
+            const double white = albedo(theta, 400, [&](const Vec3& V, const Vec3& L) {
+                return lobe(NORMAL, V, L, Vec3(1), 0.4);
+            });
+            EXPECT_LE(white, 1);
+            EXPECT_GE(white, 0.5);
+        }
+        EXPECT_LE(albedo(theta, 400, [](const Vec3& V, const Vec3& L) {
+            return lobe_GGX_aniso(NORMAL, ALONG, V, L, Vec3(1), 0.3, 0.6); }), 1);
+    }
+}
+
+// A narrow lobe of a metal reflects what a mirror of it does.
+TEST(GGX, ConductorReflectsItsFresnelTerm) {
+    const Vec3 H = NORMAL;
+    for (double theta : {0.2, 1.0}) {
+        const Vec3 V = direction(theta, 0), L = direction(-theta, 0);
+        const double shape = lobe_D_GGX(NORMAL, H, 0.3) * lobe_V_GGX(V.z, L.z, 0.3);
+        EXPECT_NEAR(lobe_GGX_conductor(NORMAL, V, L, GOLD_ETA, GOLD_K, 0.3).y / shape,
+                    lobe_F_conductor(V.z, GOLD_ETA.y, GOLD_K.y), ROUNDING);
+    }
+}
+
+// Every facet that V sees sends V somewhere: the density over the whole sphere of L is 1.
+TEST(GGXSampling, DensityIsOneOverTheSphere) {
+    for (double alpha : {0.3, 1.0})
+        for (double theta : {0.0, 0.8, 1.4}) {
+            const Vec3 V = direction(theta, 0);
+            const auto density = [&](const Vec3& L) {
+                return lobe_pdf_GGX(NORMAL, V, L, alpha) + lobe_pdf_GGX(NORMAL, V, -L, alpha);
+            };
+            EXPECT_NEAR(over_hemisphere(1, 600, density), 1, 1e-3) << alpha << " " << theta;  // ends with a jump
+        }
+    EXPECT_EQ(lobe_pdf_GGX(NORMAL, -NORMAL, NORMAL, 0.3), 0);
+}
+
+// Means over the drawn directions L are means under the density; of L, that tells the lobe's place, and of its tensor.
+TEST(GGXSampling, DrawsFollowTheDensity) {
+    const double alpha = 0.5;
+    const int steps = 200;
+    for (double theta : {0.0, 0.8, 1.4}) {
+        const Vec3 V = direction(theta, 2);
+        for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0.6, 0, 0.8)})
+            for (int power : {1, 2}) {
+                double drawn = 0;
+                for (int i = 0; i < steps; ++i)
+                    for (int j = 0; j < steps; ++j) {
+                        const Vec3 H = lobe_sample_GGX(NORMAL, ALONG, V, alpha,
+                                                       {(i + 0.5) / steps, (j + 0.5) / steps});
+                        drawn += std::pow(lobe_reflect(H, V).dot(axis), power) / (steps * steps);
+                    }
+                const double mean = over_hemisphere(1, 400, [&](const Vec3& L) {
+                    const double moment = std::pow(L.dot(axis), power);
+                    return lobe_pdf_GGX(NORMAL, V, L, alpha) * moment +
+                           lobe_pdf_GGX(NORMAL, V, -L, alpha) * moment * (power == 1 ? -1 : 1);
+                });
+                EXPECT_NEAR(drawn, mean, 1e-3) << theta << " " << axis << " " << power;
+            }
+    }
+}
+
+TEST(GGXSampling, HalfVectorsAreUnitAndAboveTheSurface) {
+    for_pairs([](const Vec3& V, const Vec3& u) {
+        for (double alpha : {0.0, 0.01, 1.0})
+            for (const Vec3& view : {V, Vec3(-V), -NORMAL}) {
+                const Vec3 H = lobe_sample_GGX(NORMAL, ALONG, view, alpha, {std::abs(u.x), std::abs(u.y)});
+                EXPECT_NEAR(H.length(), 1, ROUNDING);
+                EXPECT_GE(H.z, 0);
+            }
+    });
+}
+
+TEST(OrenNayar, FullModelIsLambertWithoutRoughnessAndNeverNegative) {
+    for_pairs([](const Vec3& V, const Vec3& L) {
+        const double lambert = lobe_Lambert(NORMAL, V, L, Vec3(0.7)).x;
+        EXPECT_NEAR(lobe_OrenNayar(NORMAL, V, L, Vec3(0.7), 0).x / lambert, 1, ROUNDING);
+        EXPECT_NEAR(lobe_OrenNayar_EON(NORMAL, V, L, Vec3(0.7), 0).x / lambert, 1, ROUNDING);
+        EXPECT_GE(lobe_OrenNayar(NORMAL, V, L, Vec3(0.01), 1.5).x, 0);
+    });
+}
+
+// The published model gains: 4.7 % at 89.5 degrees for sigma = 0.3.
+TEST(OrenNayar, FullModelGainsUpTo4point7Percent) {
+    for (const auto& [sigma, published] :
+         {std::pair(0.1, 1.014), {0.2, 1.038}, {0.3, 1.047}, {0.5, 1.021}, {1.0, 0.930}})
+        EXPECT_NEAR(albedo(89.5 * PI / 180, 400, [&](const Vec3& V, const Vec3& L) {
+            return lobe_OrenNayar(NORMAL, V, L, Vec3(1), sigma); }), published, 1e-3);
+}
+
+TEST(OrenNayar, EONKeepsAllOfTheLight) {
+    for (double roughness : {0.1, 1.0})
+        for (double theta : {0.0, 0.8, 1.55}) {
+            const auto measured = [&](double white) {
+                return albedo(theta, 600, [&](const Vec3& V, const Vec3& L) {
+                    return lobe_OrenNayar_EON(NORMAL, V, L, Vec3(white), roughness); });
+            };
+            EXPECT_NEAR(measured(1), 1, QUADRATURE);
+            EXPECT_NEAR(measured(0.5), lobe_albedo_EON(std::cos(theta), Vec3(0.5), roughness).x, QUADRATURE);
+        }
+    for (double NdotV = 0; NdotV <= 1; NdotV += 1.0 / 64) {
+        EXPECT_NEAR(lobe_albedo_EON(NdotV, Vec3(1), 0.7).x, 1, ROUNDING);
+    }
+}
+
+TEST(BlinnPhong, ProjectedAreaOfFacetsIsOne) {
+    for (double exponent : {0.0, 1.0, 30.0, 2e8}) {
+        const double width = lobe_alpha_Phong(exponent);
+        const auto from_cosine = [&](const Vec3& H) { return lobe_D_BlinnPhong(H.z, exponent) * H.z; };
+        const auto from_vectors = [&](const Vec3& H) { return lobe_D_BlinnPhong(NORMAL, H * 3, exponent) * H.z; };
+        if (exponent < 1e6) EXPECT_NEAR(over_hemisphere(width, 1000, from_cosine), 1, QUADRATURE) << exponent;
+        EXPECT_NEAR(over_hemisphere(width, 1000, from_vectors), 1, QUADRATURE) << exponent;
+    }
+}
+
+TEST(BlinnPhong, AllIsReflectedAtNormalIncidenceAndNoMoreElsewhere) {
+    for (double exponent : {0.0, 0.5, 10.0, 100.0})
+        for (const auto lobe : {&lobe_Phong, &lobe_BlinnPhong})
+            for (double theta : {0.0, 0.4, 0.8, 1.2, 1.5}) {
+                const auto f = [&](const Vec3& V, const Vec3& L) { return lobe(NORMAL, V, L, Vec3(1), exponent); };
+                if (theta == 0)
+                    EXPECT_NEAR(albedo(theta, 1000, f), 1, QUADRATURE) << exponent;
+                else
+                    EXPECT_LE(albedo(theta, 300, f), 1.01) << exponent << " " << theta;
+            }
+}
+
+TEST(BlinnPhong, PhongOf1975HasNoCosine) {
+    const Vec3 L = direction(1.2, 0);
+    EXPECT_NEAR(lobe_Phong_1975(NORMAL, lobe_reflect(NORMAL, L), L, Vec3(0.3), 20).x * L.z, 0.3, ROUNDING);
+}
+
+TEST(BlinnPhong, ExponentsAreConvertedBack) {
+    for (double alpha : {1e-3, 0.1, 0.5, 1.0}) {
+        EXPECT_NEAR(lobe_alpha_Phong(lobe_exponent(alpha)) / alpha, 1, ROUNDING);
+        const double H = 1e-3 * alpha;  // a tilt; near the pole the two distributions have the same shape
+        EXPECT_NEAR(lobe_D_BlinnPhong(NORMAL, direction(H, 0), lobe_exponent(alpha)),
+                    lobe_D_Beckmann(NORMAL, direction(H, 0), alpha), 1e-5 * lobe_D_Beckmann(1, alpha));
+    }
+    EXPECT_EQ(lobe_exponent(4), 0);
+    EXPECT_TRUE(std::isfinite(lobe_exponent(0)));
+    // Blinn's highlight with four times the exponent is Phong's, near the mirror direction.
+    const Vec3 V = direction(0.7, 0), L = direction(-0.72, 0);
+    const double exponent = lobe_exponent_Blinn(50);
+    EXPECT_NEAR(lobe_Phong_1975(NORMAL, V, L, Vec3(1), 50).x * L.z,
+                lobe_D_BlinnPhong(NORMAL, V + L, exponent) / lobe_D_BlinnPhong(1, exponent), 1e-4);
+}
+
+TEST(Energy, AlbedoIsTheIntegralOfTheLobe) {
+    EXPECT_NEAR(lobe_albedo_GGX(1, 1), 1 - std::numbers::ln2, 1e-10);  // the integral in closed form
+    for (double alpha : {0.3, 1.0})
+        for (double theta : {0.0, 0.8, 1.4}) {
+            const auto measured = [&](double f0) {
+                return albedo(theta, 1000, [&](const Vec3& V, const Vec3& L) {
+                    return lobe_GGX(NORMAL, V, L, Vec3(f0), alpha); });
+            };
+            const double v = std::cos(theta);
+            const Vec2 scale_bias = lobe_DFG_GGX(v, alpha);
+            EXPECT_NEAR(lobe_albedo_GGX(v, alpha), measured(1), QUADRATURE);
+            EXPECT_NEAR(0.3 * scale_bias.x + scale_bias.y, measured(0.3), QUADRATURE);
+        }
+}
+
+TEST(Energy, MeanAlbedoIsTheMeanOfTheAlbedo) {
+    for (double alpha : {0.0, 0.01, 0.3, 1.0}) {
+        double mean = 0;
+        for (int i = 0; i < 400; ++i) {
+            const double s = (i + 0.5) / 400, v = s * s;
+            mean += 2 * v * (1 - lobe_albedo_GGX(v, alpha)) * 2 * s / 400;
+        }
+        EXPECT_NEAR((1 - lobe_albedo_avg_GGX(alpha)), mean, QUADRATURE);
+    }
+}
+
+TEST(Energy, LobeAndItsMultipleScatteringKeepAllOfTheLight) {
+    for (double theta : {0.0, 0.8, 1.4}) {
+        const double multiple = albedo(theta, 30, [](const Vec3& V, const Vec3& L) {
+            return lobe_GGX_multiple(NORMAL, V, L, Vec3(1), 0.7); });
+        EXPECT_NEAR(multiple + lobe_albedo_GGX(std::cos(theta), 0.7), 1, 1e-3);
+    }
+    for (double NdotV : {0.0, 0.1, 1.0}) {
+        EXPECT_NEAR(lobe_energy_Turquin(NdotV, Vec3(1.022), 0.7).x * lobe_albedo_GGX(NdotV, 0.7), 1, ROUNDING);
+        EXPECT_EQ(lobe_energy_Turquin(NdotV, Vec3(0), 0.7).x, 1);
+    }
+    EXPECT_LT(lobe_GGX_multiple(NORMAL, NORMAL, NORMAL, Vec3(1), 0).x, 1e-8);
+}
+
+TEST(Energy, FilteredWidthOnlyGrows) {
+    EXPECT_EQ(lobe_alpha_filtered(0.3, Vec3(0), Vec3(0)), 0.3);
+    EXPECT_GT(lobe_alpha_filtered(0.3, Vec3(0.1, 0, 0), Vec3(0)), 0.3);
+    EXPECT_NEAR(std::pow(lobe_alpha_filtered(0.3, Vec3(100, 0, 0), Vec3(0)), 2), 0.09 + 0.18, ROUNDING);
+    EXPECT_EQ(lobe_alpha_filtered(4, Vec3(0), Vec3(1)), 1);
 }
 
 }  // namespace

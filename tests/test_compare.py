@@ -1,0 +1,38 @@
+"""What the comparison accepts beside the reference's own value: the far side of a jump, near to it."""
+
+import numpy as np
+import pytest
+
+from lobe.lab import catalogue, compare, domain, geometry
+
+COUNT = 1 << 14
+NEAR = 2.0**-24  # a cosine so small is a matter of rounding
+
+
+def below_the_horizon(function):
+    """Inputs whose NdotL is a rounding below 0, and what the function is where it is a rounding above."""
+    rng = np.random.default_rng(1)
+    inputs = domain.sample(function, COUNT, seed=5)
+    N = geometry.normalize(inputs["N"].astype(float))
+    t = rng.normal(size=N.shape)
+    inputs["L"] = geometry.normalize(t - N * geometry.dot(N, t)).astype(np.float32)
+    cosine = geometry.dot(N, inputs["L"].astype(float))
+    kept = np.flatnonzero((cosine < 0) & (cosine > -NEAR) & (geometry.dot(N, inputs["V"].astype(float)) > 0))[:100]
+    inputs = {name: x[kept][None] for name, x in inputs.items()}
+    risen = inputs | {"L": inputs["L"] + N[kept] * (rng.uniform(0, NEAR, (len(kept), 1)) - cosine[kept])}
+    return inputs, compare.reference_values(function, risen, None).value
+
+
+@pytest.mark.parametrize("name", ["lobe_Lambert", "lobe_GGX", "lobe_GGX_Kelemen"])
+def test_the_other_side_of_the_horizon_is_undecided_and_no_other_value(name):
+    (function,) = catalogue.load().find(name)
+    inputs, above = below_the_horizon(function)
+    case = compare.Case(function, "", "points", inputs, None, compare.reference_values(function, inputs, None))
+    assert len(above) == 100 and not case.reference.value.any() and above.any(-1).all()
+
+    def excused(got):
+        failed = compare.units_of(got, case.reference) > function.units
+        return compare._undecided(case, got, failed, function.units)[failed].mean()
+
+    assert excused(above.astype(np.float32)) == 1
+    assert excused((1.5 * above).astype(np.float32)) < 0.1
