@@ -1,4 +1,4 @@
-"""The pictures of README and docs, drawn by the library itself: python -m lobe.lab.figures."""
+"""The pictures of README and docs/pictures.md, drawn by the library itself: python -m lobe.lab.figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from lobe import reference
 
-from . import catalogue, compare, files, gl, pictures, scenes
+from . import catalogue, compare, figures_curves, files, gl, pictures, plots, scenes
 from .paths import ROOT
 
 FIGURES = ROOT / "docs" / "figures"
@@ -80,13 +80,100 @@ def proof(path: Path, size: int = 256) -> None:
     plt.close(figure)
 
 
+# The widths of the strips of teapots; of a brushed metal, along the tangent and across.
+ALPHAS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+ALPHAS_XY = ((0.05, 0.5), (0.1, 0.35), (0.2, 0.2), (0.35, 0.1), (0.5, 0.05))
+
+
+def teapots(lobe_lists, width: int = 220, height: int = 160, samples: int = 64) -> np.ndarray:
+    """A teapot on a grey ground for each list of lobes, side by side, linear [height, n width, 3]."""
+    built, _ = scenes.build(scenes.find("teapot-four"), ground=True)
+    camera = reference.Camera(scenes.EYE, (0.0, -0.05, 0.0), scenes.UP, 18.5)
+    built.set_material(1, scenes.GROUND_MATERIAL)
+
+    def one(lobe_list):
+        built.set_material(0, lobe_list)
+        return built.beauty(camera, width, height, samples=samples)
+
+    return np.concatenate([one(lobe_list) for lobe_list in lobe_lists], axis=1)
+
+
+def roughness() -> np.ndarray:
+    """A blue plastic whose coat grows rougher."""
+    body = ("lobe_Lambert(vec3,vec3,vec3,vec3)", {"albedo": (0.03, 0.16, 0.42)})
+    return teapots([[body, ("lobe_GGX(vec3,vec3,vec3,vec3,float)", {"f0": (0.04,) * 3, "alpha": alpha})]
+                    for alpha in ALPHAS])
+
+
+def anisotropy() -> np.ndarray:
+    """Aluminium brushed along one direction, then not at all, then along the other."""
+    f0 = scenes.metal_f0(scenes.METALS / "Al_McPeak.csv")
+    key = "lobe_GGX_aniso(vec3,vec3,vec3,vec3,vec3,float,float)"
+    return teapots([[(key, {"f0": f0, "alphaX": x, "alphaY": y})] for x, y in ALPHAS_XY])
+
+
+OREN_NAYAR = "lobe_OrenNayar(vec3,vec3,vec3,vec3,float)"
+MOONS = {"Lambert": 0.0, "Oren-Nayar, σ = 0.5": 0.5, "Oren-Nayar, σ = 1": 1.0}
+
+
+def disc(sigma: float, size: int) -> np.ndarray:
+    """A sphere seen and lit from one far place, its centre 1 bright; [size, size, 3]."""
+    built = reference.Scene()
+    built.add_sphere((0.0, 0.0, 0.0), 1.0)
+    built.add_directional_light((0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
+    built.set_material(0, [(OREN_NAYAR, {"albedo": (1.0, 1.0, 1.0), "sigma": sigma})])
+    camera = reference.Camera((0.0, 0.0, 100.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.25)
+    image = built.beauty(camera, size, size, samples=16)
+    return image / image[size // 2, size // 2]
+
+
+def moon(path: Path, size: int = 240) -> None:
+    """The full moon's disc by Lambert and Oren-Nayar, and its brightness from limb to limb."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 4, figsize=(11, 3), layout="constrained", width_ratios=(1, 1, 1, 1.4))
+    across = np.linspace(-0.9999, 0.9999, 801)
+    V = np.stack([-across, 0 * across, np.sqrt(1 - across**2)], -1)  # about a normal along z
+    for panel, (name, sigma), colour, dashes in zip(axes, MOONS.items(), plots.CYCLE, ("-", "--", "-.")):
+        panel.imshow(pictures.srgb(0.9 * disc(sigma, size)))
+        panel.set_title(name, fontsize=10)
+        panel.axis("off")
+        radiance = plots.evaluated(OREN_NAYAR, (0, 0, 1), V, V, (1, 1, 1), sigma)[:, 0] * V[:, 2]
+        axes[3].plot(across, radiance / radiance[400], dashes, color=colour, label=name)
+    plots.style(axes[3], xlim=(-1, 1), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(0, 1.05),
+                xlabel="place on the disc [radii]", ylabel="brightness / centre's")
+    axes[3].legend(fontsize=8, frameon=False, loc="lower center")
+    with files.written_beside(path) as temporary:
+        figure.savefig(temporary, dpi=100)
+    plt.close(figure)
+
+
+def labelled(strip: np.ndarray, labels) -> np.ndarray:
+    """The strip, sRGB-encoded, with a label in the upper left corner of each of its tiles."""
+    from matplotlib.font_manager import findfont
+    from PIL import Image, ImageDraw, ImageFont
+
+    image = Image.fromarray(np.rint(pictures.srgb(strip) * 255).astype(np.uint8))
+    font, draw = ImageFont.truetype(findfont("DejaVu Sans"), 14), ImageDraw.Draw(image)
+    for i, label in enumerate(labels):
+        draw.text((8 + i * image.width // len(labels), 6), label, font=font, fill="black")
+    return np.asarray(image)
+
+
+RENDERS = {"materials.png": materials, "roughness.png": lambda: labelled(roughness(), [f"α = {a:g}" for a in ALPHAS]),
+           "anisotropy.png": lambda: labelled(anisotropy(), [f"{x:g} × {y:g}" for x, y in ALPHAS_XY])}
+
+
 def main() -> None:
     import matplotlib
 
     matplotlib.use("Agg")
     reference.set_threads(0)
-    files.write_png(FIGURES / "materials.png", materials())
+    for name, render in RENDERS.items():
+        files.write_png(FIGURES / name, render())
+    moon(FIGURES / "moon.png")
     proof(FIGURES / "proof.png")
+    figures_curves.main()
 
 
 if __name__ == "__main__":
