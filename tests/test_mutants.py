@@ -71,6 +71,25 @@ MUTANTS = {
     "kelemen_forgets_the_square": Mutant("lobe_V_Kelemen(float)", "return 0.25 / LdotH;"),
     "vgroove_takes_NdotV_for_VdotH": Mutant(
         "lobe_G_Vgroove(float,float,float,float)", "return min(1.0, 2.0 * NdotH * min(NdotV, NdotL) / NdotV);"),
+    "beckmann_lacks_cos_to_the_fourth": Mutant(
+        "lobe_D_Beckmann(float,float)", "float t2 = (1.0 - NdotH * NdotH) / (NdotH * NdotH * alpha * alpha); "
+        "return exp(-t2) / (3.14159265 * alpha * alpha);"),
+    "blinn_exponent_has_the_lecture_s_half": Mutant("lobe_exponent_Blinn(float)", "return 0.5 * exponent;"),
+    "conductor_forgets_k": Mutant("lobe_F_conductor(float,float,float)", "return lobe_F_dielectric(cosI, eta);"),
+    "conductor_takes_its_index_from_f0": Mutant(
+        "lobe_F_conductor(float,float,float)", "return lobe_F_dielectric(cosI, lobe_eta(lobe_f0(eta, k)));"),
+    "ggx_D_in_tangents_breaks_at_grazing": Mutant(
+        "lobe_D_GGX(float,float)", "float t = tan(acos(NdotH)), c2 = NdotH * NdotH, q = alpha * alpha + t * t; "
+        "return alpha * alpha / (3.14159265 * c2 * c2 * q * q);"),
+    "schlick_takes_NdotL_for_LdotH": Mutant(
+        GGX, LOBE + "return lobe_F_Schlick(dot(N, L), f0) "
+        "* (lobe_D_GGX(N, V + L, alpha) * lobe_V_GGX(dot(N, V), dot(N, L), alpha));"),
+    "ggx_takes_kelemen_for_smith": Mutant(
+        GGX, LOBE + "return lobe_F_Schlick(lobe_LdotH(V, L), f0) * (lobe_D_GGX(N, V + L, alpha) * lobe_V_Kelemen(V, L));"),
+    "full_oren_nayar_loses_its_interreflection": Mutant(
+        "lobe_OrenNayar(vec3,vec3,vec3,vec3,float)", "return lobe_OrenNayar_qualitative(N, V, L, albedo, sigma);"),
+    "EON_takes_roughness_for_sigma": Mutant(
+        "lobe_OrenNayar_EON(vec3,vec3,vec3,vec3,float)", "return lobe_OrenNayar_qualitative(N, V, L, albedo, roughness);"),
     "alpha_is_not_squared": Mutant("lobe_alpha(float)", "return roughness;"),
 }
 

@@ -1,6 +1,7 @@
 """Every GLSL function equals the reference within the tolerance of its header, in every context. A function that is
 added to the library is tested here without a line of test code."""
 
+import numpy as np
 import pytest
 
 from lobe import reference
@@ -40,6 +41,25 @@ def test_points(function, context, capsys):
 @pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
 def test_a_million_points(function, context, capsys):
     check(compare.compare(compare.points_case(function, 1 << 20, {}, seed=2), shader(function), context), capsys)
+
+
+# Inputs at which a lobe was once out of tolerance: N, V, L, f0, alpha.
+FOUND = [
+    [0.460487545, 0.368411511, -0.807603955, 0.868731618, 1.05500912e-05, 0.495283097, -0.868681669, -6.56457632e-05,
+     -0.495370686, 0.530471325, 0.381094158, 0.084994629, 0.231405988],
+    [0.98989445, -0.117703326, 0.0790881813, 0.0799856558, 0.00272007892, -0.996792316, -0.0797430947, -0.0024185353,
+     0.996812522, 0.0586375631, 0.998621821, 0.152563661, 0.195034757],
+]
+
+
+@pytest.mark.parametrize("row", FOUND, ids=["both_grazing_and_opposite", "grazing_with_cancelling_sensitivities"])
+@pytest.mark.parametrize("name", ["lobe_GGX", "lobe_GGX_Kelemen", "lobe_Beckmann", "lobe_CookTorrance"])
+def test_found_inputs(name, row, context, capsys):
+    (function,) = LIBRARY.find(name)
+    values = np.split(np.array(row, np.float32), np.cumsum([p.width for p in function.parameters])[:-1])
+    inputs = {p.name: value[None, None] for p, value in zip(function.parameters, values)}
+    case = compare.Case(function, "found", "points", inputs, None, compare.reference_values(function, inputs, None))
+    check(compare.compare(case, shader(function), context), capsys)
 
 
 SHADED = [f for f in LIBRARY.functions if f.kind != "helper" and any(p.is_geometry for p in f.parameters)]
