@@ -51,7 +51,8 @@ class TestPages:
         assert now in (module.FIGURES / name).read_text(encoding="utf-8"), REPAIR + module.__name__.rpartition(".")[2]
 
     def test_every_figure_is_shown_and_small(self):
-        text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")))
+        text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "README.md", ROOT / "examples" / "README.md",
+                                                                     *(ROOT / "docs").glob("*.md")))
         for path in (ROOT / "docs" / "figures").iterdir():
             assert f"figures/{path.name}" in text and path.stat().st_size <= MAX_BYTES, path.name
 
