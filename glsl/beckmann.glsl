@@ -37,6 +37,7 @@ float lobe_D_Beckmann(vec3 N, vec3 H, float alpha) {
     float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     vec3 X = cross(N, H);
     float NH = dot(N, H);
+    if (dot(H, H) == 0.0) return 0.0;
     float tan2 = min(dot(X, X) / max(NH * NH, LOBE_SMALLEST_DIVISOR), 1e15);
     float k = exp(-0.5 * tan2 / (a * a)) * (1.0 + tan2) / a;
     return k * k * LOBE_INV_PI;

@@ -76,6 +76,7 @@ float lobe_D_BlinnPhong(vec3 N, vec3 H, float exponent) {
     float e = clamp(exponent, 0.0, LOBE_EXPONENT_MAX);
     vec3 X = cross(N, H);
     float NH = dot(N, H);
+    if (dot(H, H) == 0.0) return 0.0;
     float tan2 = dot(X, X) / max(NH * NH, LOBE_SMALLEST_DIVISOR);
     return 0.5 * LOBE_INV_PI * (e + 2.0) * lobe_inv_pow1p(tan2, 0.5 * e);
 }

@@ -16,7 +16,7 @@
 //   since a compiler may assume that NaN does not exist and delete a repair that comes after it.
 // * alpha is floored at 1e-4 in D and in whole lobes, not in G and V, which have a limit at 0. Above 1000 it is cut.
 // * Horizon: a reflection lobe is 0 unless NdotV > 0 and NdotL > 0. Terms (D G V F) have no horizon rule: G, V and F
-//   take a negative cosine for 0, D is even in NdotH.
+//   take a negative cosine for 0; D below the horizon is finite, and no more is said of it.
 // * Colours: whole lobes clamp f0 and albedo to 0..1. Terms take a negative f0 for 0 and leave one above 1 alone:
 //   gold's red is 1.022.
 // * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and

@@ -80,7 +80,7 @@ vec3 lobe_energy_Turquin(float NdotV, vec3 f0, float alpha) {
     return 1.0 + clamp(f0, 0.0, 1.0) * ((1.0 - E) / E);
 }
 
-// What further bounces between GGX facets reflect, to be added to lobe_GGX: together they reflect all of white light.
+// What further bounces between GGX facets reflect, to be added to lobe_GGX: white light comes back within 0.2 %.
 //   f = (1 - E(NdotV)) (1 - E(NdotL)) / (pi (1 - Em)) Fm^2 Em / (1 - Fm (1 - Em))              [1/sr]
 //   E = lobe_albedo_GGX, Em = lobe_albedo_avg_GGX, Fm = f0 + (1 - f0) / 21
 // param  f0     color  0.01..1  0.04  reflectance at normal incidence, linear RGB
@@ -106,7 +106,7 @@ vec3 lobe_GGX_multiple(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // param  dNdx   vec3   -1..1    0.1   dFdx of the unit normal
 // param  dNdy   vec3   -1..1    0.1   dFdy of the unit normal
 // units   8
-// source  Tokuyoshi, Kaplanyan 2021, listing 1
+// source  Tokuyoshi, Kaplanyan 2019 and 2021
 float lobe_alpha_filtered(float alpha, vec3 dNdx, vec3 dNdy) {
     float a = clamp(alpha, 0.0, 1.0);
     vec3 x = clamp(dNdx, -2.0, 2.0), y = clamp(dNdy, -2.0, 2.0);

@@ -80,8 +80,7 @@ vec3 lobe_reflect(vec3 N, vec3 V) {
     return 2.0 * dot(N, V) * N - V;
 }
 
-// Refracted direction of V; points away from the surface, to the far side of N. The null vector under total internal
-// reflection.
+// Refracted direction of V, away from the surface, to the far side of N; null under total internal reflection.
 //   R = -(V - (N.V) N + g N) / eta,   g = eta cosT = sqrt(eta^2 - 1 + (N.V)^2)
 // param  eta  float  0.1..10  1.5  index of refraction beyond the surface over the one on V's side
 // units   8

@@ -28,6 +28,14 @@ def hostile(function, seed=5):
     return {p.name: c[i][None] for p, c, i in zip(function.parameters, choices, index)}
 
 
+@pytest.mark.parametrize("function", [f for f in LIBRARY.functions if f.name.startswith("lobe_D_") and f.parameter("H")],
+                         ids=lambda f: f.key)
+def test_no_facet_lies_along_a_null_half_vector(function):
+    inputs = {p.name: np.array(p.default if p.name != "H" else (0, 0, 0), np.float32)[None, None] for p in function.parameters}
+    with gl.create_context("egl") as current:
+        assert gl.evaluate(current, LIBRARY.text, function.call, function.result, inputs)[0, 0] == 0.0
+
+
 @pytest.mark.parametrize("context", gl.CONTEXTS)
 @pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
 def test_finite_and_not_negative(function, context):

@@ -132,7 +132,7 @@ inline Vec3 lobe_GGX_multiple(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     });
 }
 
-// Tokuyoshi, Kaplanyan, Improved geometric specular antialiasing, I3D 2019, listing 1: the normals within a pixel vary
+// Tokuyoshi, Kaplanyan, Improved geometric specular antialiasing, I3D 2019: the normals within a pixel vary
 // by a kernel of sigma^2 = 1/(2 pi) times their derivatives, which widens alpha^2 by twice that, at most by 0.18.
 inline double lobe_alpha_filtered(double alpha, Vec3 dNdx, Vec3 dNdy) {
     constexpr double sigma2 = 0.15915494, kappa = 0.18;
