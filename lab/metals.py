@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import files, pictures, spectra
+from . import files, pictures, plots, spectra
 from .paths import DATA, GLSL, ROOT
 
 SHADER, PAGE, FIGURES = GLSL / "metals.glsl", ROOT / "docs" / "metals.md", ROOT / "docs" / "figures"
@@ -279,23 +279,11 @@ def stamp() -> str:
     return "glsl/metals.glsl " + hashlib.sha256(shader().encode()).hexdigest()[:16]
 
 
-def write_figure(path: Path, draw, size) -> None:
-    """Draws as SVG; the same numbers give the same file."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    draw(figure)
-    style = {"svg.hashsalt": path.stem, "svg.fonttype": "none"}
-    with matplotlib.rc_context(style), files.written_beside(path) as temporary:
-        figure.savefig(temporary, format="svg", metadata={"Date": None, "Creator": None, "Description": stamp()})
-
-
 def main() -> None:
     files.write_text(SHADER, shader())
     files.write_text(PAGE, page(PAGE.read_text(encoding="utf-8")))
     for name, (draw, size) in DRAWINGS.items():
-        write_figure(FIGURES / name, draw, size)
+        plots.write_svg(FIGURES / name, draw, size, stamp())
 
 
 if __name__ == "__main__":

@@ -10,13 +10,11 @@ import numpy as np
 from lobe import reference
 
 from . import files
+from .catalogue import WIDTHS
 
 # Distinct in every common form of colour blindness, and on a grey printer (after Okabe and Ito 2008).
 BLUE, ORANGE, GREEN, PURPLE, BLACK, GREY = "#0072b2", "#d55e00", "#009e73", "#a0528a", "#222222", "#777777"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, BLACK)
-
-_WIDTH = {"float": 1, "vec2": 2, "vec3": 3}
-
 
 def evaluated(key: str, *arguments) -> np.ndarray:
     """
@@ -24,7 +22,7 @@ def evaluated(key: str, *arguments) -> np.ndarray:
 
     A float result is [...], a vector [..., width].
     """
-    widths = [_WIDTH[kind] for kind in key[key.index("(") + 1:-1].split(",")]
+    widths = [WIDTHS[kind] for kind in key[key.index("(") + 1:-1].split(",")]
     arrays = [np.asarray(a, float)[..., None] if w == 1 else np.asarray(a, float) for a, w in zip(arguments, widths)]
     shape = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
     rows = np.concatenate([np.broadcast_to(a, (*shape, w)) for a, w in zip(arrays, widths)], axis=-1)
@@ -67,12 +65,12 @@ def stamp(figure) -> str:
     return "curves " + digest.hexdigest()[:16]
 
 
-def write_svg(path: Path, draw, size) -> None:
-    """Draws as SVG; the same curves give the same file."""
+def write_svg(path: Path, draw, size, shown: str | None = None) -> None:
+    """Draws as SVG; the same curves give the same file. It says `shown` of itself, or the stamp of its curves."""
     import matplotlib
 
     figure = drawn(draw, size)
     rc = {"svg.hashsalt": path.stem, "svg.fonttype": "none"}
     with matplotlib.rc_context(rc), files.written_beside(path) as temporary:
         figure.savefig(temporary, format="svg",
-                       metadata={"Date": None, "Creator": None, "Description": stamp(figure)})
+                       metadata={"Date": None, "Creator": None, "Description": shown or stamp(figure)})

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from lobe.lab import catalogue, metals, spectra
+from lobe.lab import catalogue, metals, plots, spectra
 from test_spectra import coarse_f0
 
 CONSTANTS = catalogue.load().constants
@@ -49,7 +49,7 @@ def test_figures_are_reproducible(tmp_path):
     draw, size = metals.DRAWINGS["metals-swatches.svg"]
     (tmp_path / "other").mkdir()
     for path in (tmp_path / "a.svg", tmp_path / "other" / "a.svg"):
-        metals.write_figure(path, draw, size)
+        plots.write_svg(path, draw, size, metals.stamp())
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "other" / "a.svg").read_bytes()
 
 
