@@ -16,6 +16,7 @@ from .catalogue import WIDTHS
 BLUE, ORANGE, GREEN, PURPLE, BLACK, GREY = "#0072b2", "#d55e00", "#009e73", "#a0528a", "#222222", "#777777"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, BLACK)
 
+
 def evaluated(key: str, *arguments) -> np.ndarray:
     """
     The reference's values of a function, name(type,...), over arrays that broadcast: a float is [...], a vec3 [..., 3].
