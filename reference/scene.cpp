@@ -177,8 +177,9 @@ Vec3 Scene::radiance(const Ray& ray, bool shadows, std::vector<Material>& materi
     return sum;
 }
 
-Trace Scene::trace(const Camera& camera, int width, int height, bool shadows) const {
-    const std::size_t pixels = static_cast<std::size_t>(width) * height;
+Trace Scene::trace(const Camera& camera, int width, int height, bool shadows, int first, int rows) const {
+    if (rows == 0) rows = height - first;
+    const std::size_t pixels = static_cast<std::size_t>(width) * rows;
     Trace t;
     for (auto* image : {&t.N, &t.T, &t.V, &t.position}) image->resize(3 * pixels);
     for (auto* image : {&t.L, &t.E}) image->resize(lights_.size() * 3 * pixels);
@@ -189,7 +190,7 @@ Trace Scene::trace(const Camera& camera, int width, int height, bool shadows) co
 
     const View view = camera.view(width, height);
     const auto trace_pixel = [&](int x, int y) {
-        const Ray ray = view.ray(x + 0.5, y + 0.5);
+        const Ray ray = view.ray(x + 0.5, first + y + 0.5);
         const auto found = find(ray);
         if (!found) return;
         const Surface& s = found->surface;
@@ -208,7 +209,7 @@ Trace Scene::trace(const Camera& camera, int width, int height, bool shadows) co
             store(irradiance(*found, light, shadows), t.E, i * pixels + pixel);
         }
     };
-    for_tiles(width, height, [&](const Tile& tile) {
+    for_tiles(width, rows, [&](const Tile& tile) {
         for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
             for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) trace_pixel(x, y);
     });

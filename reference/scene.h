@@ -46,8 +46,9 @@ public:
     const Mesh& mesh(int id) const;
     std::size_t lights() const { return lights_.size(); }
 
-    // Images of width x height pixels, both at least 1.
-    Trace trace(const Camera& camera, int width, int height, bool shadows = true) const;
+    // Images of width x height pixels, both at least 1; of a trace only some rows, so that a large picture needs no
+    // more memory than its widest strip: those from `first` on, as many as `rows`, or all that follow where that is 0.
+    Trace trace(const Camera& camera, int width, int height, bool shadows = true, int first = 0, int rows = 0) const;
     // Sum over lobes and lights of f E, [h, w, 3], linear RGB, background 0: the mean over `samples` positions of each
     // pixel; the pixel centre where there is one sample, else an R2 sequence that is shifted from pixel to pixel.
     // The number of threads does not change a bit of it.

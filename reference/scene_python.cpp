@@ -139,14 +139,17 @@ void check_image(int width, int height, int samples) {
                                     std::to_string(height) + ", " + std::to_string(samples));
 }
 
-nb::dict trace(const Scene& scene, const Camera& camera, int width, int height, bool shadows) {
+nb::dict trace(const Scene& scene, const Camera& camera, int width, int height, bool shadows, int first, int rows) {
     check_image(width, height, 1);
+    if (first < 0 || first >= height || rows < 0 || rows > height - first)
+        throw std::invalid_argument("first, rows: expected rows of the picture, got " + std::to_string(first) + ", " +
+                                    std::to_string(rows) + " of " + std::to_string(height));
     Trace t;
     {
         nb::gil_scoped_release unlocked;
-        t = scene.trace(camera, width, height, shadows);
+        t = scene.trace(camera, width, height, shadows, first, rows);
     }
-    const std::size_t h = height, w = width, lights = scene.lights();
+    const std::size_t h = rows ? rows : height - first, w = width, lights = scene.lights();
     nb::dict arrays;
     arrays["N"] = to_numpy(std::move(t.N), {h, w, 3});
     arrays["T"] = to_numpy(std::move(t.T), {h, w, 3});
@@ -229,11 +232,12 @@ void bind_scene(nb::module_& m) {
              "Unit normals of a mesh as the tracer uses them, [v,3].")
         .def("tangents", [](const Scene& s, int id) { return vectors_of(s.mesh(id).tangents); }, "id"_a,
              "Unit tangents of a mesh as the tracer uses them, orthogonal to the normals, [v,3].")
-        .def("trace", &trace, "camera"_a, "width"_a, "height"_a, "shadows"_a = true,
+        .def("trace", &trace, "camera"_a, "width"_a, "height"_a, "shadows"_a = true, "first"_a = 0, "rows"_a = 0,
              "What is seen through the pixel centres, row 0 on top, as a dict of arrays: N, T, V, position [h,w,3]\n"
              "(unit vectors, N not flipped, V towards the eye), uv [h,w,2], depth [h,w] (along the ray), object and\n"
              "primitive [h,w] (int32), and L and E [lights,h,w,3]: E = irradiance times visibility times max(N.L, 0).\n"
-             "Where nothing is hit: 0, but depth inf, object and primitive -1.")
+             "Where nothing is hit: 0, but depth inf, object and primitive -1. Of h rows only `rows` from `first` on, or\n"
+             "all that follow where that is 0.")
         .def("beauty", &beauty, "camera"_a, "width"_a, "height"_a, "samples"_a = 1, "seed"_a = 0, "shadows"_a = true,
              "Sum of f E over lobes and lights, [h,w,3], linear RGB, background 0: at the pixel centre, or the mean\n"
              "over `samples` positions in the pixel. The same to the last bit for every number of threads.")

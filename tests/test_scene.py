@@ -39,6 +39,14 @@ def test_beauty_is_albedo_times_irradiance_over_pi():
     assert np.all(image[0, 0] == 0)
 
 
+def test_trace_of_some_rows_is_a_part_of_the_whole():
+    scene, whole = lit_triangle(), lit_triangle().trace(CAMERA, 20, 10)
+    for first, rows, taken in ((0, 3, slice(0, 3)), (3, 4, slice(3, 7)), (9, 1, slice(9, 10)), (2, 0, slice(2, 10))):
+        part = scene.trace(CAMERA, 20, 10, first=first, rows=rows)
+        for name, image in whole.items():
+            np.testing.assert_array_equal(part[name], image[:, taken] if name in "LE" else image[taken], err_msg=name)
+
+
 def test_vertex_frames_are_those_of_the_tracer():
     scene = lit_triangle()
     assert np.allclose(scene.normals(0), [(0, 0, 1)] * 3, atol=1e-15)
@@ -67,6 +75,7 @@ WRONG = {
     "albedo: expected finite numbers": lambda s: s.set_material(0, [(LAMBERT, {"albedo": (1, NAN, 1)})]),
     "no object 1; the scene has 1": lambda s: s.set_material(1, []),
     "width, height, samples: expected at least 1": lambda s: s.trace(CAMERA, 0, 4),
+    "first, rows: expected rows of the picture": lambda s: s.trace(CAMERA, 4, 4, first=2, rows=3),
     "bare_loop: expected a directional light": lambda s: Scene().bare_loop(CAMERA, 4, 4),
 }
 
