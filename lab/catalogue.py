@@ -111,6 +111,11 @@ class Function:
         return "lobe" if self.name[5].isupper() and sees_both_sides else "helper"
 
     @property
+    def returns_directions(self) -> bool:
+        """Whether its values are vectors or cosines of either sign; all others are never negative."""
+        return self.kind == "helper" and self.result != "float" and any(p.kind == "direction" for p in self.parameters)
+
+    @property
     def is_shown(self) -> bool:
         """Whether the bench draws it on scenes; helpers are compared at points only."""
         return self.kind != "helper" and any(p.is_geometry for p in self.parameters)

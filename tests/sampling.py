@@ -8,7 +8,9 @@ import random
 
 import numpy as np
 
-DIRECTIONS = ("lobe_H", "lobe_cosines", "lobe_reflect", "lobe_refract", "lobe_sample_GGX")  # their result has either sign
+from lobe.lab import catalogue
+
+DIRECTIONS = tuple(f.name for f in catalogue.load().functions if f.returns_directions)  # their result has either sign
 
 
 COSINE_SPECIALS = (0.0, 1.0, 0.5)

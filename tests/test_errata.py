@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, special
 
-import quadrature
-from lobe.lab import errata, figures_curves, plots, spectra
+from lobe.lab import errata, figures_curves, plots, quadrature, spectra
 from lobe.lab.paths import ROOT
 from test_metals import conductor
 

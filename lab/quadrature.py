@@ -8,7 +8,7 @@ elsewhere.
 
 import numpy as np
 
-from lobe.lab import geometry
+from . import geometry
 
 
 def graded(start, end, width, count):
