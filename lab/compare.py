@@ -86,6 +86,11 @@ class Shader:
 _REFERENCE = {f.key: f for f in reference.functions()}
 
 
+def is_quadrature(function: Function) -> bool:
+    """Whether the reference integrates, which takes it milliseconds."""
+    return _REFERENCE[function.key].is_quadrature
+
+
 def require_reference(functions: tuple[Function, ...]) -> None:
     """InputError for a function that the reference does not have."""
     for function in functions:
@@ -179,25 +184,28 @@ def rows(function: Function, inputs: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def reference_values(function: Function, inputs: dict[str, np.ndarray], weights: np.ndarray | None,
-                     weight_condition: np.ndarray | float = 0.0, magnification: np.ndarray | float = 1.0) -> Values:
+                     weight_condition: np.ndarray | None = None, magnification: np.ndarray | float = 1.0) -> Values:
     """The reference's answer for inputs, weighted and summed over lights as the shader does it.
 
     weight_condition   condition number of the weights, [lights, n, 1], where the shader computes them itself
     magnification      of what errors of the inputs cost, [n, 1], where the inputs are interpolated
     """
-    packed = rows(function, inputs)
-    lights, count = next(iter(inputs.values())).shape[:2]
-    f = reference.evaluate(function.key, packed).reshape(lights, count, -1)
-    kappa = _condition(function, packed).reshape(f.shape) + weight_condition
-    kappa = (1 + kappa) * magnification - 1
-    weight = np.ones_like(f) if weights is None else weights[..., : f.shape[-1]]
-    return Values((f * weight).sum(0), (_unit(function, f, kappa) * np.abs(weight)).sum(0), kappa.max(0))
+    value = unit = largest = 0.0
+    for light in range(len(next(iter(inputs.values())))):  # one after the other: a probe has 64, each a picture large
+        packed = rows(function, {name: x[light] for name, x in inputs.items()})
+        f = reference.evaluate(function.key, packed)
+        kappa = _condition(function, packed) + (0.0 if weight_condition is None else weight_condition[light])
+        kappa = (1 + kappa) * magnification - 1
+        weight = np.ones_like(f) if weights is None else weights[light, :, : f.shape[-1]]
+        value, unit = value + f * weight, unit + _unit(function, f, kappa) * np.abs(weight)
+        largest = np.maximum(largest, kappa)
+    return Values(value, unit, largest)
 
 
 def _condition(function: Function, packed: np.ndarray) -> np.ndarray:
     """Condition numbers; 0 where the reference is a quadrature: too slow to be stepped along each input, and what the
     fit to it states dwarfs rounding."""
-    if _REFERENCE[function.key].is_quadrature:
+    if is_quadrature(function):
         return np.zeros((len(packed), WIDTHS[function.result]))
     return reference.condition(function.key, packed)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lobe import reference
 
-from . import bundle, catalogue, files, gl, meshes, pictures, raster, scenes
+from . import bundle, catalogue, files, gl, meshes, pictures, probes, raster, scenes
 from .paths import DATA, ROOT
 
 FOLDER = ROOT / "examples"
@@ -148,8 +148,8 @@ def probe_shading(context: gl.Context, mesh: meshes.Mesh, size: int, probe: dict
 
 
 def lobby() -> np.ndarray:
-    """The probe of the pictures, [256, 512, 3]. Its lossy compression left some values below 0."""
-    return np.maximum(files.read_exr(DATA / "hdri" / "lobby.exr")["RGB"], 0)
+    """The probe of the pictures, [256, 512, 3]."""
+    return probes.load(DATA / "hdri" / "lobby.exr")
 
 
 def shown(image: np.ndarray, fine: int = 3) -> np.ndarray:

@@ -14,6 +14,8 @@ from .errors import InputError
 CONTEXTS = ("egl", "osmesa")
 SOFTWARE = ("llvmpipe", "softpipe", "swrast")
 ROW = 1024  # inputs a texture row
+PART = 8  # lights that are summed apart, so that the sum over many rounds no more often than that over a few
+MOST_ROWS = 4096  # of a texture: far below what drivers take, and a few of them fit in memory
 
 
 @dataclass(frozen=True)
@@ -166,9 +168,18 @@ def evaluate(context: Context, source: str, call: str, result: str, inputs: dict
 
 def _run(context: Context, source: str, call: str, result: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
     lights, count = next(iter(inputs.values())).shape[:2]
-    rows = -(-count // ROW)
+    rows = min(-(-count // ROW), max(MOST_ROWS // lights, 1))
     shader = program(context, _VERTEX, _fragment(source, call, result, inputs, lights, rows))
-    gl = context.gl
+    blocks = [{name: values[:, start : start + rows * ROW] for name, values in inputs.items()}
+              for start in range(0, count, rows * ROW)]
+    values = np.concatenate([_block(context.gl, shader, block, rows) for block in blocks])
+    shader.release()
+    return values[:, : WIDTHS[result]]
+
+
+def _block(gl, shader, inputs: dict[str, np.ndarray], rows: int) -> np.ndarray:
+    """[n, 4], of at most rows * ROW inputs."""
+    count = next(iter(inputs.values())).shape[1]
     textures = []
     for unit, (name, values) in enumerate(inputs.items()):
         texture = _texture(gl, values, rows)
@@ -182,8 +193,8 @@ def _run(context: Context, source: str, call: str, result: str, inputs: dict[str
     gl.viewport = (0, 0, ROW, rows)
     array = gl.vertex_array(shader, [])
     array.render(mode=gl.TRIANGLES, vertices=3)
-    values = np.frombuffer(target.read(), np.float32).reshape(-1, 4)[:count, : WIDTHS[result]].copy()
-    for thing in (array, frame, target, shader, *textures):
+    values = np.frombuffer(target.read(), np.float32).reshape(-1, 4)[:count]
+    for thing in (array, frame, target, *textures):
         thing.release()
     return values
 
@@ -199,7 +210,7 @@ def _texture(gl, values: np.ndarray, rows: int):
 
 def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray], lights: int, rows: int) -> str:
     swizzle = {1: "float {} = {}.x;", 2: "vec2 {} = {}.xy;", 3: "vec3 {} = {}.xyz;"}
-    fetches = "\n        ".join(swizzle[values.shape[2]].format(name, f"texelFetch(lobe_t_{name}, lobe_texel, 0)")
+    fetches = "\n            ".join(swizzle[values.shape[2]].format(name, f"texelFetch(lobe_t_{name}, lobe_texel, 0)")
                                 for name, values in inputs.items())
     weighted = "lobe_weight * " if "lobe_weight" in inputs else ""
     return f"""#version 330
@@ -208,10 +219,14 @@ def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray]
 #line 1
 void main() {{
     vec3 lobe_sum = vec3(0.0);
-    for (int lobe_light = 0; lobe_light < {lights}; ++lobe_light) {{
-        ivec2 lobe_texel = ivec2(gl_FragCoord.x, int(gl_FragCoord.y) + lobe_light * {rows});
-        {fetches}
-        lobe_sum += {weighted}{widened(call, result)};
+    for (int lobe_part = 0; lobe_part < {lights}; lobe_part += {PART}) {{
+        vec3 lobe_subtotal = vec3(0.0);
+        for (int lobe_light = lobe_part; lobe_light < min(lobe_part + {PART}, {lights}); ++lobe_light) {{
+            ivec2 lobe_texel = ivec2(gl_FragCoord.x, int(gl_FragCoord.y) + lobe_light * {rows});
+            {fetches}
+            lobe_subtotal += {weighted}{widened(call, result)};
+        }}
+        lobe_sum += lobe_subtotal;
     }}
     lobe_out = vec4(lobe_sum, 1.0);
 }}

@@ -37,10 +37,14 @@ class Plan:
             for scene in self.scenes:
                 if not scene.suits(function):
                     continue
-                if "shading" in self.modes:
+                if "shading" in self.modes and not (scene.probe and compare.is_quadrature(function)):
                     yield function, "shading", scene
-                if "frame" in self.modes and scene.mesh and function.takes_vectors:
+                if "frame" in self.modes and scene.mesh and not scene.probe and function.takes_vectors:
                     yield function, "frame", scene
+
+    def shading_size(self, scene: scenes.Scene) -> int:
+        """Width and height of the pictures of mode shading, pixels: half where a probe's many lights shine."""
+        return -(-self.size // 2) if scene.probe else self.size
 
     @property
     def frame_size(self) -> int:
@@ -129,7 +133,7 @@ def _case(plan: Plan, function: Function, mode: str, scene: scenes.Scene | None)
     if mode == "points":
         return compare.points_case(function, plan.points, plan.settings, SEED)
     if mode == "shading":
-        return compare.shading_case(function, scene, plan.size, plan.settings)
+        return compare.shading_case(function, scene, plan.shading_size(scene), plan.settings)
     return compare.frame_case(function, scene, plan.frame_size, plan.settings)
 
 

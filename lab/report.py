@@ -20,6 +20,7 @@ from .errors import InputError
 from .matrix import Outcome, Plan
 
 LONGEST, THUMBNAIL = 320, 112  # pixels that a side of a picture may have in the page
+MOST_LIGHTS = 8  # of a probe, that the page lists at a pixel
 LIST = "lobe-images.txt"  # names the images of a run, in their folder
 PARTS = ("shader", "reference", "difference")
 CHANNELS = {1: ("",), 2: ("x", "y"), 3: ("R", "G", "B")}
@@ -307,7 +308,7 @@ class Worst:
 
     place     index of the pixel or point
     shared    (name, value) of what all lights have in common
-    lights    the same for each light
+    lights    the same for each light; of many, for the strongest
     commands  which evaluate it, per light
     """
 
@@ -317,6 +318,11 @@ class Worst:
     shared: list[tuple[str, str]]
     lights: list[list[tuple[str, str]]]
     commands: list[str]
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether there may be more lights than those listed."""
+        return len(self.lights) == MOST_LIGHTS
 
     @staticmethod
     def of(result: Result) -> Worst:
@@ -331,9 +337,8 @@ class Worst:
 
 
 def _inputs(case: compare.Case, n: int) -> tuple[list, list]:
-    """The inputs of one pixel or point: those that lights share, and those of each light."""
+    """The inputs of one pixel or point: those that lights share, and those of each of the strongest lights."""
     constants = [(name, exact(value)) for name, value in case.parameters.items() if case.function.parameter(name)]
-    count = next(iter(case.inputs.values())).shape[0]
     varying = {name: x[:, n] for name, x in case.inputs.items() if name not in case.parameters}
     if case.picture is None:
         return [(name, exact(x[0])) for name, x in varying.items()] + constants, []
@@ -341,16 +346,23 @@ def _inputs(case: compare.Case, n: int) -> tuple[list, list]:
     frame = [(name, exact(getattr(seen, name)[n].astype(np.float32))) for name in ("N", "T", "V")
              if name != "T" or case.function.parameter("T")]
     own = {name: x for name, x in varying.items() if name not in geometry.DIRECTIONS}
-    lights = [[("L", exact(seen.L[i, n].astype(np.float32))), *((name, exact(x[i])) for name, x in own.items()),
-               ("weight", exact(case.weights[i, n]))] for i in range(count)]
+    lights = [[("light", str(i + 1)), ("L", exact(seen.L[i, n].astype(np.float32))),
+               *((name, exact(x[i])) for name, x in own.items()), ("weight", exact(case.weights[i, n]))]
+              for i in _strongest(case, n)]
     return frame + constants, lights
+
+
+def _strongest(case: compare.Case, n: int) -> np.ndarray:
+    """The lights of the largest weights at a pixel or point, in their order."""
+    weights = np.ones(1) if case.weights is None else case.weights[:, n].max(-1)
+    return np.sort(np.argsort(-weights, kind="stable")[:MOST_LIGHTS])
 
 
 def _commands(case: compare.Case, n: int) -> list[str]:
     """Shell commands that show GLSL and reference at one pixel or point, for each light that counts."""
     weights = np.ones(1) if case.weights is None else case.weights[:, n].max(-1)
     commands = []
-    for light in np.flatnonzero(weights):
+    for light in (i for i in _strongest(case, n) if weights[i]):
         arguments = " ".join(f"{p.name}={exact(case.inputs[p.name][light, n]).replace(' ', '')}"
                              for p in case.function.parameters)
         inside = all(p.admits(case.inputs[p.name][light, n]) for p in case.function.parameters)

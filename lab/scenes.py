@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import meshes, spectra
+from . import meshes, probes, spectra
 from .catalogue import Function, Parameter
 from .errors import InputError
 from .paths import DATA
@@ -29,10 +29,12 @@ class Light:
 @dataclass(frozen=True)
 class Rig:
     """Lights, and where in its range a scalar shape parameter lies in scenes of this rig (None: at its default), so
-    that the scenes also see narrow and wide lobes."""
+    that the scenes also see narrow and wide lobes. A probe takes the place of lights: both sides of the comparison see
+    it through the same few directions with the same weights, so that no noise hides how their lobes differ."""
 
-    lights: tuple[Light, ...]
+    lights: tuple[Light, ...] = ()
     shape: float | None = None
+    probe: Path | None = None
 
 
 RIGS = {
@@ -47,7 +49,9 @@ RIGS = {
         )
     ),
     "grazing": Rig((Light("directional", (-1.0, 0.12, -0.35), (4.0, 4.0, 4.0)),), shape=0.85),
+    "lobby": Rig(probe=DATA / "hdri" / "lobby.exr"),
 }
+DIRECTIONS = 64  # that stand for a probe
 
 MESHES, METALS = DATA / "mesh", DATA / "ior"
 SHAPES = {"sphere": None, "teapot": MESHES / "teapot.obj", "bunny": MESHES / "bunny.obj", "suzanne": MESHES / "suzanne.obj"}
@@ -72,7 +76,11 @@ class Scene:
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        return RIGS[self.rig].lights
+        return probe_lights(self.probe) if self.probe else RIGS[self.rig].lights
+
+    @property
+    def probe(self) -> Path | None:
+        return RIGS[self.rig].probe
 
     @property
     def overrides(self) -> dict[str, tuple[float, ...]]:
@@ -80,9 +88,10 @@ class Scene:
         return {"f0": metal_f0(self.metal)} if self.metal else {}
 
     def suits(self, function: Function) -> bool:
-        """Whether the function is drawn here: it has geometry, and the parameters that the object's material fixes."""
+        """Whether the function is drawn here: it has geometry, and the parameters that the object's material fixes;
+        under a probe, whose light is weighted, it is a lobe."""
         fixed = all((p := function.parameter(name)) and p.width == len(value) for name, value in self.overrides.items())
-        return fixed and function.is_shown
+        return fixed and (function.kind == "lobe" if self.probe else function.is_shown)
 
     def is_in_domain(self, function: Function) -> bool:
         """Whether what the object's material fixes lies in the ranges that the function states."""
@@ -103,7 +112,10 @@ SCENES = {
     scene.name: scene
     for scene in (
         # The bunny's licence keeps it out of the installed package.
-        *(Scene(shape, rig, mesh) for shape, mesh in SHAPES.items() if mesh is None or mesh.exists() for rig in RIGS),
+        *(Scene(shape, rig, mesh) for shape, mesh in SHAPES.items() if mesh is None or mesh.exists()
+          for rig in RIGS if not RIGS[rig].probe),
+        Scene("sphere", "lobby"),
+        Scene("teapot", "lobby", SHAPES["teapot"]),
         Scene("gold-teapot", "four", SHAPES["teapot"], METALS / "Au_Johnson.csv"),
         Scene("aluminium-teapot", "four", SHAPES["teapot"], METALS / "Al_McPeak.csv"),
     )
@@ -122,6 +134,13 @@ def find(name: str) -> Scene:
 def metal_f0(file: Path) -> tuple[float, ...]:
     """Linear sRGB reflectance at normal incidence, from a file of measured n,k."""
     return tuple(float(x) for x in spectra.f0_linear_srgb(file))
+
+
+@cache
+def probe_lights(file: Path) -> tuple[Light, ...]:
+    """Directional lights that stand for a probe."""
+    towards, irradiance = probes.lights(probes.load(file), DIRECTIONS)
+    return tuple(Light("directional", tuple(d), tuple(e)) for d, e in zip(towards.tolist(), irradiance.tolist()))
 
 
 @cache
