@@ -19,7 +19,8 @@ from .paths import GLSL
 
 WIDTHS = {"float": 1, "vec2": 2, "vec3": 3}
 PARAMETER_TYPES = {"float": "float", "cosine": "float", "color": "vec3", "vec3": "vec3", "vec2": "vec2"}  # as a header writes them
-KEYWORDS = ("param", "reciprocal", "energy", "normalised", "units", "source", "approximates")
+KEYWORDS = ("param", "reciprocal", "energy", "normalised", "units", "source", "approximates", "family")
+FAMILIES = ("fresnel", "distribution", "masking", "diffuse", "power", "specular", "albedo")  # of alternatives, charted together
 EXACT = "exact"  # what an approximation names when it stands for no other function
 MAX_UNITS = 16  # more needs a derivation beside it, which a `units` line says after the number
 
@@ -93,6 +94,7 @@ class Function:
     energy: str  # "<= x", "no, ...", or ""
     normalised: str  # "yes", "no, ...", or ""
     approximation: Approximation | None
+    family: str  # one of FAMILIES, or ""
     header: str  # the comment, verbatim
     definition: str  # the code, verbatim
 
@@ -320,7 +322,7 @@ def _parse_function(reader: _Reader, comment_start: int | None, start: int) -> t
 def _parse_header(reader: _Reader, start: int, stop: int) -> dict:
     """The header's facts, by the names of Function's fields; 'param' holds (line index, columns) by name."""
     facts = {"param": {}, "formula": [], "notes": [], "units_why": ""}
-    facts |= {k: "" for k in ("reciprocal", "energy", "normalised", "source")} | {"units": 0, "approximation": None}
+    facts |= {k: "" for k in ("reciprocal", "energy", "normalised", "source", "family")} | {"units": 0, "approximation": None}
     if _KEYWORD_LINE.match(reader.lines[start]) or not re.match(r"// \S", reader.lines[start]):
         reader.fail(start, "a header begins with a sentence that says what the function is")
     facts["description"] = reader.lines[start][3:].strip()
@@ -353,6 +355,8 @@ def _parse_header(reader: _Reader, start: int, stop: int) -> dict:
             reader.fail(index, f"{word}  {value}: expected 'yes' or 'no, <why>'")
         elif word == "energy" and not re.match(r"<= \d+(\.\d+)?(, .+)?$|no, \S", value):
             reader.fail(index, f"energy  {value}: expected '<= <bound>' or 'no, <figure>'")
+        elif word == "family" and value not in FAMILIES:
+            reader.fail(index, f"family  {value}: expected one of {', '.join(FAMILIES)}")
         elif word == "approximates":
             stated = re.match(r"(\w+) {2,}max error (\d[\d.e-]*) (absolute|relative)(?:  (.+))?$", value)
             if not stated:
