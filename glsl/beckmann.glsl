@@ -124,6 +124,7 @@ float lobe_V_Beckmann(float NdotV, float NdotL, float alpha) {
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp, and the lengths of N, V and L as in lobe_GGX
 // source      Walter et al. 2007, eq. 20, 25; Heitz 2014, eq. 99; Schlick 1994, eq. 15
 vec3 lobe_Beckmann(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
@@ -141,6 +142,7 @@ vec3 lobe_Beckmann(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp, and the lengths of N, V and L as in lobe_GGX
 // source      Cook, Torrance 1982, section 3; Walter et al. 2007, eq. 20; Schlick 1994, eq. 15
 vec3 lobe_CookTorrance(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {

@@ -87,6 +87,7 @@ float lobe_D_BlinnPhong(vec3 N, vec3 H, float exponent) {
 // param  exponent  float  1..1e6  50.0  exponent of the cosine about the mirror direction
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp and log
 // source      Phong 1975; Lewis 1994
 // Why this form: 1 - R.V = |R - V|^2 / 2 keeps its digits in the highlight, R.V itself where it is small.
@@ -125,6 +126,7 @@ vec3 lobe_Phong_1975(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {
 // param  exponent  float  1..1e6  50.0  exponent of the cosine between N and H
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp and log
 // source      Blinn 1977; Giesen 2009 for the normalisation
 vec3 lobe_BlinnPhong(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {

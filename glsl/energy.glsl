@@ -46,6 +46,7 @@ float lobe_albedo_avg_GGX(float alpha) {
 //   albedo = f0 x + y,   y = integral of D V (1 - LdotH)^5 NdotL over the directions L
 // param  alpha  float  0.01..1  0.25  microfacet width
 // approximates  exact  max error 1.5e-3 absolute  alpha 0.01..1
+// family  albedo
 // units   8
 // source  Karis 2013 for the split; lab/fits.py for the fit
 // Why this form: y is the albedo times (1 - w)^5 with a mean cosine w, and w is nearly g, Smith's own.

@@ -134,6 +134,7 @@ vec2 lobe_T_dielectric_sp(float cosI, float eta) {
 //   m = (eta - 1)(eta + 1), g = eta cosT = sqrt(m + cosI^2)
 //   r_s = m / (cosI + g)^2, r_p = m (eta^2 cosI^2 - sinI^2) / (eta^2 cosI + g)^2
 // param  eta  float  0.4..10  1.5  index of refraction beyond the surface over the one on cosI's side
+// family  fresnel
 // units   8
 // source  Fresnel 1823; Walter et al. 2007, eq. 22
 // Why this form: g - cosI cancels as eta nears 1, and (g - cosI)(g + cosI) = m replaces it. Where much is reflected,
@@ -203,6 +204,7 @@ vec2 lobe_F_conductor_sp(float cosI, float eta, float k) {
 //   F = (R_s + R_p) / 2
 // param  eta  float  0.1..10  1.5  index of refraction beyond the surface over the one on cosI's side
 // param  k    float  0..10    2.5  extinction coefficient beyond the surface over the index on cosI's side
+// family  fresnel
 // units   8
 // source  Born, Wolf 1999, section 14.2
 float lobe_F_conductor(float cosI, float eta, float k) {
@@ -213,6 +215,7 @@ float lobe_F_conductor(float cosI, float eta, float k) {
 //   F = (R_s + R_p) / 2
 // param  eta  vec3  0.1..10  1.5  index of refraction beyond the surface over the one on cosI's side, for R, G, B
 // param  k    vec3  0..10    2.5  extinction coefficient beyond the surface over the index on cosI's side, for R, G, B
+// family  fresnel
 // units   8
 // source  Born, Wolf 1999, section 14.2
 vec3 lobe_F_conductor(float cosI, vec3 eta, vec3 k) {
@@ -223,6 +226,7 @@ vec3 lobe_F_conductor(float cosI, vec3 eta, vec3 k) {
 // Schlick's approximation of the Fresnel reflectance, with 1 at grazing.
 //   F = f0 + (1 - f0) (1 - cosI)^5
 // param  f0  color  0..1  0.04  reflectance at normal incidence, linear RGB
+// family  fresnel
 // units   8
 // source  Schlick 1994, eq. 15
 // Why this form: f0 (1 - x) + x takes one multiply-add per channel.
@@ -235,6 +239,7 @@ vec3 lobe_F_Schlick(float cosI, vec3 f0) {
 // Schlick's approximation of the Fresnel reflectance, one channel, with 1 at grazing.
 //   F = f0 + (1 - f0) (1 - cosI)^5
 // param  f0  float  0..1  0.04  reflectance at normal incidence
+// family  fresnel
 // units   8
 // source  Schlick 1994, eq. 15
 float lobe_F_Schlick(float cosI, float f0) {
@@ -278,6 +283,7 @@ float lobe_F_Schlick(float cosI, float f0, float f90) {
 //   S(c) = f0 + (1 - f0) (1 - c)^5,   g(c) = c (1 - c)^6 7^7 / 6^6
 // param  f0   color  0..1  0.9  reflectance at normal incidence, linear RGB
 // param  f82  color  0..1  0.8  reflectance at 82 degrees, where cosI = 1/7, linear RGB
+// family  fresnel
 // units   8
 // source  Hoffman 2019; Lazanyi, Szirmay-Kalos 2005
 // Why this form: F = f0 (1 - g) + (1 - f0) (S0 - S0(1/7) g) + f82 g, S0 for f0 = 0, has two brackets that vanish at
@@ -298,6 +304,7 @@ vec3 lobe_F_F82(float cosI, vec3 f0, vec3 f82) {
 //   F = lobe_F_F82(cosI, f0, tint S(1/7)),   S(1/7) = f0 + (1 - f0) (6/7)^5
 // param  f0    color  0..1  0.9  reflectance at normal incidence, linear RGB
 // param  tint  color  0..1  0.9  factor on Schlick's reflectance at 82 degrees, where cosI = 1/7, linear RGB
+// family  fresnel
 // units   8
 // source  Kutz, Hasan, Edmondson 2021
 vec3 lobe_F_F82_tint(float cosI, vec3 f0, vec3 tint) {
@@ -309,6 +316,7 @@ vec3 lobe_F_F82_tint(float cosI, vec3 f0, vec3 tint) {
 //   F = f0 + (1 - f0) w,   w = (Fd(cosI) - Fd(1)) / (1 - Fd(1)), not below 0, with Fd of a dielectric of index eta0
 // param  f0    color  0.01..1  0.9  reflectance at normal incidence, linear RGB
 // param  eta0  float  1..10  1.5  index whose curve is followed
+// family  fresnel
 // units   16, w is a quotient of two reflectances of 8 each
 // source  Cook, Torrance 1982, section 3; Hall 1989
 // Why this form: Fd(cosI) - Fd(1) goes as sin^4, and loses all digits near the normal. As in lobe_F_dielectric, with

@@ -16,6 +16,7 @@
 //   D = alpha^2 / (pi (1 - NdotH^2 + alpha^2 NdotH^2)^2)                            [1/sr]
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // normalised  yes
+// family      distribution
 // units       8
 // source      Trowbridge, Reitz 1975; Walter et al. 2007, eq. 33
 // Take the vector form where alpha is small: the rounding of NdotH alone costs 1e-5 at alpha = 0.1, 0.1 % at 0.01,
@@ -32,6 +33,7 @@ float lobe_D_GGX(float NdotH, float alpha) {
 //   D = alpha^2 |H|^4 / (pi (|N x H|^2 + alpha^2 (N.H)^2)^2)                        [1/sr]
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // normalised  yes
+// family      distribution
 // units       8
 // source      Trowbridge, Reitz 1975; Walter et al. 2007, eq. 33
 // Why this form: |N x H| keeps its digits at the peak, where 1 - NdotH^2 has none, and no H is normalised. With
@@ -107,6 +109,7 @@ float lobe_G2_GGX_separable(float NdotV, float NdotL, float alpha) {
 // param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
 // param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
 // param  alpha  float   0..4     0.25  microfacet width
+// family  masking
 // units   8
 // source  Heitz 2014, eq. 99
 // Why this form: the cosines of G2 and of the foreshortening cancel out, and with them 0 / 0 at grazing.
@@ -122,6 +125,7 @@ float lobe_V_GGX(float NdotV, float NdotL, float alpha) {
 // param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
 // param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
 // param  alpha  float   0..4     0.25  microfacet width
+// family  masking
 // units   8
 // source  Walter et al. 2007, eq. 23, 34
 float lobe_V_GGX_separable(float NdotV, float NdotL, float alpha) {
@@ -154,6 +158,7 @@ float lobe_V_GGX_aniso(float NdotV, float NdotL, float TdotV, float BdotV, float
 // param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
 // param  alpha  float   0..1     0.25  microfacet width
 // approximates  lobe_V_GGX  max error 0.293 relative  everywhere, largest where a cosine is about alpha
+// family  masking
 // units   8
 // source  Hammon 2017
 float lobe_V_GGX_fast(float NdotV, float NdotL, float alpha) {
@@ -168,6 +173,7 @@ float lobe_V_GGX_fast(float NdotV, float NdotL, float alpha) {
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, up to 8 of them are the lengths of N, V and L: float32 holds them within 2^-24, D V feels N six times
 // source      Walter et al. 2007, eq. 20, 33; Heitz 2014, eq. 99; Schlick 1994, eq. 15
 vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
@@ -227,6 +233,7 @@ vec3 lobe_GGX_aniso(vec3 N, vec3 T, vec3 V, vec3 L, vec3 f0, float alphaX, float
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       8
 // source      Walter et al. 2007, eq. 33; Kelemen, Szirmay-Kalos 2001, eq. 6; Schlick 1994, eq. 15
 vec3 lobe_GGX_Kelemen(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {

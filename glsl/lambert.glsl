@@ -11,6 +11,7 @@
 // param  albedo  color  0..1  0.5  reflected fraction of the light, linear RGB
 // reciprocal  yes
 // energy      <= 1
+// family      diffuse
 // units       8
 // source      Lambert 1760, Photometria
 vec3 lobe_Lambert(vec3 N, vec3 V, vec3 L, vec3 albedo) {

@@ -21,6 +21,7 @@ float lobe_G_Vgroove(float NdotV, float NdotL, float NdotH, float VdotH) {
 // param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
 // param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
 // param  VdotH  cosine  1e-6..1  0.7  cosine between the view direction and the half vector
+// family  masking
 // units   8
 // source  Torrance, Sparrow 1967; Cook, Torrance 1982, section 3
 float lobe_V_Vgroove(float NdotV, float NdotL, float NdotH, float VdotH) {
@@ -31,6 +32,7 @@ float lobe_V_Vgroove(float NdotV, float NdotL, float NdotH, float VdotH) {
 // Kelemen's visibility, from the cosine at the half vector.
 //   V = 1 / (4 LdotH^2)
 // param  LdotH  cosine  1e-6..1  0.7  cosine between the light direction and the half vector
+// family  masking
 // units   8
 // source  Kelemen, Szirmay-Kalos 2001, eq. 6
 float lobe_V_Kelemen(float LdotH) {
@@ -40,6 +42,7 @@ float lobe_V_Kelemen(float LdotH) {
 
 // Kelemen's visibility, from the two directions.
 //   V = 1 / |V + L|^2
+// family  masking
 // units   8
 // source  Kelemen, Szirmay-Kalos 2001, eq. 6
 // Why this form: |V + L| keeps its digits as L nears -V, 2 / (1 + L.V) has none left at 1e-4 rad.

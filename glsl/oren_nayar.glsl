@@ -13,6 +13,7 @@
 // param  sigma  float  0..1.5  0.3  standard deviation of the facets' tilt angle [rad]
 // reciprocal  yes
 // energy      no, 1.0152 at sigma = 0.2, at grazing
+// family      diffuse
 // units       8
 // source      Oren, Nayar 1994, eq. 30
 // Why this form: cos dphi sin a tan b = (LdotV - NdotL NdotV) / max(NdotL, NdotV) needs no angles and no projected
@@ -39,6 +40,7 @@ vec3 lobe_OrenNayar_qualitative(vec3 N, vec3 V, vec3 L, vec3 albedo, float sigma
 // param  sigma   float  0..0.6  0.3  standard deviation of the facets' tilt angle [rad]
 // reciprocal  yes
 // energy      no, 1.050 at sigma = 0.3, at 89.9 degrees
+// family      diffuse
 // units       32, the fitted angles are seven roundings off and enter C2 to the third power, C3 to the second each
 // source      Oren, Nayar 1994, eq. 27 to 30
 // Above sigma = 0.65 the published formula turns negative where both directions graze from opposite sides: 0 here.
@@ -105,6 +107,7 @@ float lobe_loss_EON_fast(float NdotX) {
 // param  roughness  float  0..1  0.5  EON's own: neither sigma nor alpha, and lobe_alpha has no business with it
 // reciprocal  yes
 // energy      <= 1
+// family      diffuse
 // units       16, the fit in lobe_loss_EON
 // source      Portsmouth, Kutz, Hill 2025
 // Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, and
@@ -127,6 +130,7 @@ vec3 lobe_OrenNayar_EON(vec3 N, vec3 V, vec3 L, vec3 albedo, float roughness) {
 //   albedo E + M (1 - E),   E(NdotV) as in lobe_loss_EON, M as in lobe_OrenNayar_EON
 // param  albedo     color  0..1  0.5  reflected fraction of the light on one facet, linear RGB
 // param  roughness  float  0..1  0.5  EON's own: neither sigma nor alpha, and lobe_alpha has no business with it
+// family  albedo
 // units   16, the fit in lobe_loss_EON
 // source  Portsmouth, Kutz, Hill 2025
 vec3 lobe_albedo_EON(float NdotV, vec3 albedo, float roughness) {
@@ -148,6 +152,7 @@ vec3 lobe_albedo_EON(float NdotV, vec3 albedo, float roughness) {
 // approximates  exact  max error 2.2e-4 absolute  everywhere
 // reciprocal  yes
 // energy      <= 1.0005
+// family      diffuse
 // units       8
 // source      Portsmouth, Kutz, Hill 2025
 // Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, and
@@ -171,6 +176,7 @@ vec3 lobe_OrenNayar_EON_fast(vec3 N, vec3 V, vec3 L, vec3 albedo, float roughnes
 // param  albedo     color  0..1  0.5  reflected fraction of the light on one facet, linear RGB
 // param  roughness  float  0..1  0.5  EON's own: neither sigma nor alpha, and lobe_alpha has no business with it
 // approximates  exact  max error 1e-4 absolute  everywhere
+// family  albedo
 // units   8
 // source  Portsmouth, Kutz, Hill 2025
 vec3 lobe_albedo_EON_fast(float NdotV, vec3 albedo, float roughness) {
