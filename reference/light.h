@@ -1,12 +1,20 @@
-// Lights without extent: their irradiance is known in closed form.
+// Lights: how much of them arrives at a point, and how directions towards them are drawn.
 #pragma once
 
-#include "registry.h"
+#include "sampling.h"
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace lobe {
+
+constexpr double NO_EXTENT = std::numeric_limits<double>::infinity();  // density of the one direction to a point
+
+// Rays start this far above a surface, in units of the shape's largest coordinate: Embree's triangles are rounded to
+// 2^-24 of it, and its intersection adds a few roundings to that. Those to a light with an extent end as far before it,
+// and by so much of their length.
+constexpr double SHADOW_OFFSET = 0x1p-20;
 
 // What reaches a point, before shadows and before the cosine.
 struct Incidence {
@@ -15,6 +23,20 @@ struct Incidence {
     double distance;
 };
 
+// A direction towards a light, drawn at random.
+struct LightSample {
+    Vec3 L;           // unit
+    double distance;  // up to which nothing else may stand in the way
+    Vec3 estimate;    // radiance / density, of a light without extent its irradiance; null where the light is not seen
+    double density;   // 1/sr
+};
+
+// Each light tells of a point
+//   importance  a number near the irradiance that it gives a surface facing it, 0 only where it gives none
+//   sample      a direction for a point u of the unit square
+//   density     that `sample` draws L, which leads to the light, in 1/sr
+
+// Lights without extent: their irradiance is known in closed form.
 struct Light {
     bool at_infinity;
     Vec3 place;  // unit direction towards a directional light, position of a point light
@@ -26,6 +48,76 @@ struct Light {
         const double squared = to_light.length2(), distance = std::sqrt(squared);
         return {to_light / distance, rgb / squared, distance};
     }
+
+    double importance(const Vec3& point, const Vec3& N) const {
+        const Incidence i = at(point);
+        return luminance(i.irradiance) * std::max(N.dot(i.L), 0.0);
+    }
+    LightSample sample(const Vec3& point, Vec2) const {
+        const Incidence i = at(point);
+        return {i.L, i.distance, i.irradiance, NO_EXTENT};
+    }
+    double density(const Vec3&, const Vec3&) const { return 0; }
+};
+
+// A rectangle that emits the same radiance to all directions on the side of its normal.
+struct RectangleLight {
+    Vec3 center;
+    Basis axes;  // z is the normal
+    double half_x, half_y;
+    Vec3 radiance;
+    double offset;  // from SHADOW_OFFSET
+
+    double importance(const Vec3& point, const Vec3& N) const;
+    LightSample sample(const Vec3& point, Vec2 u) const;
+    double density(const Vec3& point, const Vec3& L) const;
+};
+
+// A sphere that emits the same radiance outwards to all directions.
+struct SphereLight {
+    Vec3 center;
+    double radius;
+    Vec3 radiance;
+    double offset;
+
+    double importance(const Vec3& point, const Vec3& N) const;
+    LightSample sample(const Vec3& point, Vec2 u) const;
+    double density(const Vec3& point, const Vec3& L) const;
+
+private:
+    double cap(const Vec3& to_center) const;  // 1 - cos of half the angle under which it is seen
+};
+
+// Radiance from infinitely far, a latitude-longitude picture: the first row is around +y, the middle column is -z, and
+// columns go on towards +x. Bilinear between the texels' centres, as textures are read.
+class Environment {
+public:
+    // pixels are [height, width, 3]. Throws std::invalid_argument where one is negative or not finite, or all are 0.
+    Environment(std::vector<float> pixels, int width, int height, double rotation_degrees);
+
+    Vec3 radiance(const Vec3& L) const;
+    double importance(const Vec3&, const Vec3&) const { return mean_; }
+    LightSample sample(const Vec3&, Vec2 u) const;
+    double density(const Vec3&, const Vec3& L) const;
+
+    std::uint64_t fingerprint() const;
+
+private:
+    struct Texel {
+        int x, y;
+        double u, v;  // within the texel, 0..1
+    };
+    Texel texel(const Vec3& L) const;
+    Vec3 at(int x, int y) const;
+    Vec3 radiance(const Texel& t) const;
+    double density(int x, int y) const;
+
+    std::vector<float> pixels_;
+    int width_, height_;
+    double cos_, sin_;            // of the rotation about +y
+    std::vector<double> height_of_;  // the rows' upper edges, as cosines with +y; height + 1 of them
+    std::vector<float> rows_, columns_;  // cumulative weights of the rows, and of each row's texels, up to 1
+    double mean_;
 };
 
 }  // namespace lobe

@@ -1,5 +1,8 @@
 #include "material.h"
 
+#include "fingerprint.h"
+#include "models.h"  // all of them, since whoever includes first decides on the order of the registry
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -36,6 +39,21 @@ const Function& require(const std::string& key) {
     return *f;
 }
 
+// What the parameters tell of a lobe's shape.
+std::vector<Proposal> candidates(const Lobe::Parameters& given) {
+    const auto width = [&](const char* name) { return std::clamp(given.at(name).front(), SMALLEST_ALPHA, 1e3); };
+    std::vector<Proposal> list = {Proposal::cosine()};
+    if (given.count("alpha")) list.push_back(Proposal::ggx(width("alpha"), width("alpha")));
+    if (given.count("alphaX") && given.count("alphaY"))
+        list.push_back(Proposal::ggx(width("alphaX"), width("alphaY")));
+    if (given.count("exponent")) {
+        const double exponent = std::max(given.at("exponent").front(), 0.0), alpha = std::sqrt(2 / (exponent + 2));
+        list.push_back(Proposal::power(exponent));
+        list.push_back(Proposal::ggx(alpha, alpha));  // Blinn's is about the half vector
+    }
+    return list;
+}
+
 }  // namespace
 
 Lobe::Lobe(const std::string& key, const Parameters& parameters) {
@@ -46,6 +64,7 @@ Lobe::Lobe(const std::string& key, const Parameters& parameters) {
     for (const auto& [name, value] : parameters)
         if (const Parameter* p = f.find(name); !p || is_vector(*p)) fail("no parameter " + name);
 
+    key_ = key;
     call_ = f.call;
     grey_ = f.result_width == 1;
     arguments_.assign(f.argument_width + 3, 0.0);
@@ -61,6 +80,55 @@ Lobe::Lobe(const std::string& key, const Parameters& parameters) {
         return p ? p->offset : f.argument_width;
     };
     N_ = offset("N"), T_ = offset("T"), V_ = offset("V"), L_ = offset("L");
+    turned_ = f.find("T");
+    choose(candidates(parameters));
+}
+
+// By trial: points are drawn from the mean of all candidates, so that no peak is missed, and tell the second moment of
+// f cos / density under each.
+void Lobe::choose(const std::vector<Proposal>& candidates) {
+    constexpr int POINTS = 64;
+    std::vector<double> moments(candidates.size());
+    for (int i = 0; i < ANGLES; ++i) {
+        const double cos = (i + 0.5) / ANGLES, sin = std::sqrt(1 - cos * cos);
+        for (const Vec3& V : {Vec3(sin, 0, cos), Vec3(0, sin, cos)}) {
+            if (V.y != 0 && !turned_) continue;
+            turn({0, 0, 1}, {1, 0, 0}, V);
+            const int per_candidate = POINTS / static_cast<int>(candidates.size());
+            for (std::size_t c = 0; c < candidates.size(); ++c)
+                for (int n = 0; n < per_candidate; ++n) {
+                    const Vec3 L = candidates[c].sample(V, Sample(c, n).pair(0));
+                    if (!(L.z > 0)) continue;
+                    const double value = (*this)(L).dot(Vec3(1.0 / 3)) * L.z;
+                    double sum = 0;
+                    for (const Proposal& p : candidates) sum += p.density(V, L);
+                    if (!(value > 0 && sum > 0)) continue;
+                    const double weight = 1 / (sum * per_candidate);
+                    albedo_[i] += value * weight / (turned_ ? 2 : 1);
+                    for (std::size_t k = 0; k < candidates.size(); ++k)
+                        moments[k] += value * value * weight / std::max(candidates[k].density(V, L), 1e-300);
+                }
+        }
+    }
+    proposal = candidates[std::min_element(moments.begin(), moments.end()) - moments.begin()];
+}
+
+double Lobe::albedo(double NdotV) const {
+    constexpr double FLOOR = 1e-3;
+    const double x = std::clamp(NdotV * ANGLES - 0.5, 0.0, ANGLES - 1.0);
+    const int i = std::min(static_cast<int>(x), ANGLES - 2);
+    return std::lerp(albedo_[i], albedo_[i + 1], x - i) + FLOOR;
+}
+
+std::uint64_t Lobe::fingerprint() const {
+    std::vector<double> parameters = arguments_;
+    for (std::size_t at : {N_, T_, V_, L_}) std::fill_n(parameters.begin() + at, 3, 0.0);
+    return Fingerprint().add(key_).add(parameters).value();
+}
+
+Vec3 Mirror::reflectance(double cosI) const {
+    if (f0) return lobe_F_Schlick(cosI, *f0);
+    return lobe_F_conductor(cosI, eta, k);
 }
 
 }  // namespace lobe

@@ -1,9 +1,12 @@
-// A material: lobes with their parameters, summed.
+// A material: lobes with their parameters, summed, and what reflects or refracts into one direction only.
 #pragma once
 
+#include "proposal.h"
 #include "registry.h"
 
+#include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,18 +29,48 @@ public:
         return grey_ ? Vec3(f[0]) : Vec3(f[0], f[1], f[2]);
     }
 
+    // How its directions are drawn. A model may bring its own; at first it is the one, of those that its parameters
+    // suggest, under which f cos / density varies least.
+    Proposal proposal = Proposal::cosine();
+    // About its directional albedo, the weight with which it is drawn from. Above 0, so that no light is missed.
+    double albedo(double NdotV) const;
+
+    std::uint64_t fingerprint() const;
+
 private:
+    static constexpr int ANGLES = 8;  // cosines (i + 1/2) / ANGLES
+
     void write(const Vec3& v, std::size_t at) {
         double* p = arguments_.data() + at;
         p[0] = v.x, p[1] = v.y, p[2] = v.z;
     }
+    void choose(const std::vector<Proposal>& candidates);
 
+    std::string key_;
     void (*call_)(const double*, double*);
-    bool grey_;
+    bool grey_, turned_;  // takes a tangent
     std::vector<double> arguments_;  // and behind them room for the vectors that the lobe does not take
     std::size_t N_, T_, V_, L_;      // where they are written
+    std::array<double, ANGLES> albedo_{};
 };
 
-using Material = std::vector<Lobe>;
+// An ideal mirror: a dielectric's or metal's Fresnel reflectance, exact or Schlick's.
+struct Mirror {
+    std::optional<Vec3> f0;  // Schlick's
+    Vec3 eta{1}, k{0};       // else the exact one
+
+    Vec3 reflectance(double cosI) const;
+};
+
+// An ideal boundary between dielectrics; N points out of the one whose index over the other's is eta.
+struct Glass {
+    double eta;
+};
+
+struct Material {
+    std::vector<Lobe> lobes;
+    std::optional<Mirror> mirror;
+    std::optional<Glass> glass;
+};
 
 }  // namespace lobe

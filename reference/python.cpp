@@ -57,4 +57,5 @@ NB_MODULE(reference, m) {
         nb::arg("key"), nb::arg("arguments"),
         "Condition number of function `key` for each row of arguments and each component of the result.");
     bind_scene(m);
+    bind_render(m);
 }

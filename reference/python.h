@@ -21,3 +21,4 @@ template <class T> nb::object to_numpy(std::vector<T>&& values, std::initializer
 }
 
 void bind_scene(nb::module_& m);
+void bind_render(nb::module_& m);

@@ -1,5 +1,6 @@
 #include "scene.h"
 
+#include "fingerprint.h"
 #include "pixels.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -14,10 +15,6 @@
 
 namespace lobe {
 namespace {
-
-// Shadow rays start this far above the surface, in units of the shape's largest coordinate: Embree's triangles are
-// rounded to 2^-24 of it, and its intersection adds a few roundings to that.
-constexpr double SHADOW_OFFSET = 0x1p-20;
 
 embree::Geometry new_geometry(RTCDevice device, RTCGeometryType type) {
     return {rtcNewGeometry(device, type), &rtcReleaseGeometry};
@@ -114,7 +111,16 @@ template <class Shape> int Scene::add_shape(Shape shape, embree::Geometry geomet
         throw std::runtime_error("Embree could not build the scene");
     const double offset = SHADOW_OFFSET * shape.largest_coordinate();
     objects_.push_back({std::move(shape), offset, {}});
+    ++version_;
     return static_cast<int>(id);
+}
+
+// The environment stays the last one.
+int Scene::add_source(Source source) {
+    const bool has_environment = !sources_.empty() && std::holds_alternative<Environment>(sources_.back());
+    ++version_;
+    const auto at = sources_.insert(sources_.end() - has_environment, std::move(source));
+    return static_cast<int>(at - sources_.begin());
 }
 
 int Scene::add(Mesh mesh) {
@@ -123,6 +129,110 @@ int Scene::add(Mesh mesh) {
 }
 int Scene::add(Sphere sphere) { return add_shape(sphere, geometry_of(device_.get(), sphere)); }
 int Scene::add(Plane plane) { return add_shape(plane, geometry_of(device_.get(), plane)); }
+
+int Scene::add_rectangle_light(const Plane& place, const Vec3& radiance) {
+    const int id = add(place);
+    objects_[id].source = add_source(RectangleLight{place.center, Basis(place.N, place.T), place.half_x, place.half_y,
+                                                    radiance, objects_[id].offset});
+    return id;
+}
+
+int Scene::add_sphere_light(const Sphere& place, const Vec3& radiance) {
+    const int id = add(place);
+    objects_[id].source = add_source(SphereLight{place.center, place.radius, radiance, objects_[id].offset});
+    return id;
+}
+
+void Scene::set_environment(Environment environment) {
+    if (!sources_.empty() && std::holds_alternative<Environment>(sources_.back())) sources_.pop_back();
+    add_source(std::move(environment));
+}
+
+std::vector<std::string> Scene::light_names() const {
+    std::vector<std::string> names;
+    for (const Source& source : sources_) {
+        const Light* light = std::get_if<Light>(&source);
+        const std::string kind = light ? light->at_infinity ? "directional" : "point"
+                                 : std::holds_alternative<RectangleLight>(source) ? "rectangle"
+                                 : std::holds_alternative<SphereLight>(source)    ? "sphere"
+                                                                                  : "environment";
+        names.push_back(kind == "environment" ? kind : kind + std::to_string(names.size()));
+    }
+    return names;
+}
+
+std::vector<Light> Scene::lights() const {
+    std::vector<Light> list;
+    for (const Source& source : sources_)
+        if (const Light* light = std::get_if<Light>(&source)) list.push_back(*light);
+    return list;
+}
+
+std::uint64_t Scene::fingerprint() const {
+    Fingerprint print;
+    const auto add_shape = [&](const auto& shape) {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, Mesh>) {
+            for (const auto* list : {&shape.vertices, &shape.normals, &shape.tangents})
+                print.bytes(list->data(), list->size() * sizeof(Vec3));
+            print.bytes(shape.faces.data(), shape.faces.size() * sizeof(Mesh::Face));
+        } else if constexpr (std::is_same_v<Shape, Sphere>) {
+            print.add(shape.center).add(shape.radius);
+        } else {
+            print.add(shape.center).add(shape.N).add(shape.T).add(shape.half_x).add(shape.half_y);
+        }
+    };
+    const auto add_source = [&](const auto& light) {
+        using Kind = std::decay_t<decltype(light)>;
+        if constexpr (std::is_same_v<Kind, Light>) print.add(light.at_infinity).add(light.place).add(light.rgb);
+        else if constexpr (std::is_same_v<Kind, Environment>) print.add(light.fingerprint());
+        else print.add(light.radiance);
+    };
+    for (const Object& o : objects_) {
+        std::visit(add_shape, o.shape);
+        print.add(o.shape.index()).add(o.source).add(o.material.lobes.size());
+        for (const Lobe& lobe : o.material.lobes) print.add(lobe.fingerprint());
+        if (const auto& m = o.material.mirror) print.add(m->f0.value_or(Vec3(-1))).add(m->eta).add(m->k);
+        if (const auto& g = o.material.glass) print.add(g->eta);
+    }
+    for (const Source& source : sources_) {
+        std::visit(add_source, source);
+        print.add(source.index());
+    }
+    return print.value();
+}
+
+int Scene::enclosing(const Vec3& point) const {
+    constexpr int RAYS = 32;
+    int object = NONE;
+    for (int i = 0; i < RAYS; ++i) {
+        const Vec2 u = Sample(0, i).pair(0);
+        const double z = 1 - 2 * u.x, r = std::sqrt(1 - z * z), phi = 2 * std::numbers::pi * u.y;
+        const Ray ray{point, {r * std::cos(phi), r * std::sin(phi), z}};
+        const auto found = find(ray);
+        if (found && objects_[found->object].source != NONE) continue;
+        if (!found || found->surface.facing.dot(ray.direction) <= 0) return NONE;
+        if (object != NONE && object != found->object) return NONE;
+        object = found->object;
+    }
+    return object;
+}
+
+std::vector<std::pair<int, int>> Scene::enclosed_lights() const {
+    std::vector<std::pair<int, int>> list;
+    const auto check = [&](int light, const Vec3& point) {
+        const int object = enclosing(point);
+        if (object != NONE && !objects_[object].material.glass) list.emplace_back(light, object);
+    };
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+        const int id = static_cast<int>(i);
+        if (const auto* l = std::get_if<Light>(&sources_[i]); l && !l->at_infinity) check(id, l->place);
+        if (const auto* l = std::get_if<RectangleLight>(&sources_[i])) check(id, l->center + l->axes.z * (2 * l->offset));
+        if (const auto* l = std::get_if<SphereLight>(&sources_[i]))
+            check(id, l->center + Vec3(0, l->radius + 2 * l->offset, 0));
+    }
+    return list;
+}
 
 void Scene::require(int id) const {
     if (id < 0 || static_cast<std::size_t>(id) >= objects_.size())
@@ -133,6 +243,7 @@ void Scene::require(int id) const {
 void Scene::set_material(int id, Material material) {
     require(id);
     objects_[id].material = std::move(material);
+    ++version_;
 }
 
 const Mesh& Scene::mesh(int id) const {
@@ -149,30 +260,36 @@ std::optional<Scene::Found> Scene::find(const Ray& ray) const {
     return Found{static_cast<int>(hit.geomID), hit.primID, std::visit(surface, objects_[hit.geomID].shape)};
 }
 
-bool Scene::visible(const Found& found, const Incidence& light) const {
+Ray Scene::leaving(const Found& found, const Vec3& L) const {
     const Surface& s = found.surface;
-    const double offset = objects_[found.object].offset;
-    const Vec3 origin = s.position + s.facing * std::copysign(offset, s.facing.dot(light.L));
-    return reaches(scene_.get(), float_ray(origin, light.L, light.distance));
+    return {s.position + s.facing * std::copysign(objects_[found.object].offset, s.facing.dot(L)), L};
+}
+
+bool Scene::visible(const Found& found, const Vec3& L, double distance) const {
+    const Vec3 origin = leaving(found, L).origin;
+    if (distance == std::numeric_limits<double>::infinity()) return reaches(scene_.get(), float_ray(origin, L, distance));
+    return reaches(scene_.get(), float_ray(origin, found.surface.position + L * distance - origin, 1));
 }
 
 Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {
     const double cosine = found.surface.N.dot(light.L);
-    if (!(cosine > 0) || (shadows && !visible(found, light))) return Vec3(0);
+    if (!(cosine > 0) || (shadows && !visible(found, light.L, light.distance))) return Vec3(0);
     return light.irradiance * cosine;
 }
 
-Vec3 Scene::radiance(const Ray& ray, bool shadows, std::vector<Material>& materials) const {
+Vec3 Scene::radiance(const Ray& ray, bool shadows, const std::vector<Light>& lights,
+                     std::vector<Material>& materials) const {
     Vec3 sum(0);
     const auto found = find(ray);
     if (!found) return sum;
     const Surface& s = found->surface;
-    for (Lobe& lobe : materials[found->object]) lobe.turn(s.N, s.T, -ray.direction);
-    for (const Light& light : lights_) {
+    std::vector<Lobe>& lobes = materials[found->object].lobes;
+    for (Lobe& lobe : lobes) lobe.turn(s.N, s.T, -ray.direction);
+    for (const Light& light : lights) {
         const Incidence incidence = light.at(s.position);
         const Vec3 E = irradiance(*found, incidence, shadows);
         if (E == Vec3(0)) continue;
-        for (Lobe& lobe : materials[found->object]) sum += lobe(incidence.L) * E;
+        for (Lobe& lobe : lobes) sum += lobe(incidence.L) * E;
     }
     return sum;
 }
@@ -180,9 +297,10 @@ Vec3 Scene::radiance(const Ray& ray, bool shadows, std::vector<Material>& materi
 Trace Scene::trace(const Camera& camera, int width, int height, bool shadows, int first, int rows) const {
     if (rows == 0) rows = height - first;
     const std::size_t pixels = static_cast<std::size_t>(width) * rows;
+    const std::vector<Light> lights = this->lights();
     Trace t;
     for (auto* image : {&t.N, &t.T, &t.V, &t.position}) image->resize(3 * pixels);
-    for (auto* image : {&t.L, &t.E}) image->resize(lights_.size() * 3 * pixels);
+    for (auto* image : {&t.L, &t.E}) image->resize(lights.size() * 3 * pixels);
     t.uv.resize(2 * pixels);
     t.depth.assign(pixels, std::numeric_limits<double>::infinity());
     t.object.assign(pixels, -1);
@@ -203,8 +321,8 @@ Trace Scene::trace(const Camera& camera, int width, int height, bool shadows, in
         t.depth[pixel] = (s.position - ray.origin).dot(ray.direction);
         t.object[pixel] = found->object;
         t.primitive[pixel] = static_cast<std::int32_t>(found->primitive);
-        for (std::size_t i = 0; i < lights_.size(); ++i) {
-            const Incidence light = lights_[i].at(s.position);
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            const Incidence light = lights[i].at(s.position);
             store(light.L, t.L, i * pixels + pixel);
             store(irradiance(*found, light, shadows), t.E, i * pixels + pixel);
         }
@@ -220,13 +338,14 @@ std::vector<double> Scene::beauty(const Camera& camera, int width, int height, i
                                   bool shadows) const {
     std::vector<double> image(static_cast<std::size_t>(width) * height * 3);
     const View view = camera.view(width, height);
+    const std::vector<Light> lights = this->lights();
     const auto render_pixel = [&](int x, int y, std::vector<Material>& materials) {
         const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
         PixelSamples positions(pixel, samples, seed);
         Vec3 sum(0);
         for (int i = 0; i < samples; ++i) {
             const Vec2 p = positions.next();
-            sum += radiance(view.ray(x + p.x, y + p.y), shadows, materials);
+            sum += radiance(view.ray(x + p.x, y + p.y), shadows, lights, materials);
         }
         store(sum / samples, image, pixel);
     };
@@ -240,7 +359,8 @@ std::vector<double> Scene::beauty(const Camera& camera, int width, int height, i
 }
 
 RayCount Scene::bare_loop(const Camera& camera, int width, int height, int samples) const {
-    if (lights_.empty() || !lights_.front().at_infinity)
+    const std::vector<Light> lights = this->lights();
+    if (lights.empty() || !lights.front().at_infinity)
         throw std::invalid_argument("bare_loop: expected a directional light as the first one");
     std::atomic<std::size_t> shadow_rays = 0;
     const View view = camera.view(width, height);
@@ -254,9 +374,9 @@ RayCount Scene::bare_loop(const Camera& camera, int width, int height, int sampl
                     const Ray ray = view.ray(x + p.x, y + p.y);
                     const RTCRayHit found = first_hit(scene_.get(), ray);
                     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-                    if (Vec3(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z).dot(lights_.front().place) <= 0) continue;
+                    if (Vec3(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z).dot(lights.front().place) <= 0) continue;
                     const double distance = found.ray.tfar * (1 - SHADOW_OFFSET);
-                    reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights_.front().place,
+                    reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights.front().place,
                                                     std::numeric_limits<double>::infinity()));
                     ++hits;
                 }

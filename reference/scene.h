@@ -8,6 +8,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -24,32 +26,74 @@ struct Trace {
     std::vector<double> uv;                       // [h, w, 2]
     std::vector<double> depth;                    // [h, w], distance along the ray
     std::vector<std::int32_t> object, primitive;  // [h, w]
-    std::vector<double> L;                        // [lights, h, w, 3], unit, towards the light
-    std::vector<double> E;                        // [lights, h, w, 3], irradiance x visibility x max(N.L, 0)
+    // of each light without extent, in the order of adding
+    std::vector<double> L;  // [lights, h, w, 3], unit, towards the light
+    std::vector<double> E;  // [lights, h, w, 3], irradiance x visibility x max(N.L, 0)
 };
 
 struct RayCount {
     std::size_t primary, shadow;
 };
 
+using Source = std::variant<Light, RectangleLight, SphereLight, Environment>;
+
 class Scene {
 public:
+    static constexpr int NONE = -1;
+
+    struct Object {
+        std::variant<Mesh, Sphere, Plane> shape;
+        double offset;  // by which rays start above the surface
+        Material material;
+        int source = NONE;  // the light that it is
+    };
+    struct Found {
+        int object;
+        std::uint32_t primitive;
+        Surface surface;
+    };
+
     Scene();
 
     // Each returns the id of the object, counted from 0. A new object is black until set_material.
     int add(Mesh mesh);
     int add(Sphere sphere);
     int add(Plane plane);
-    void add(const Light& light) { lights_.push_back(light); }
+    // The lights that have an extent are objects, too, black ones; their ids are returned.
+    int add_rectangle_light(const Plane& place, const Vec3& radiance);
+    int add_sphere_light(const Sphere& place, const Vec3& radiance);
+    void add(const Light& light) { add_source(light); }
+    void set_environment(Environment environment);  // in place of the one before, if any
     // The functions that take an id throw std::invalid_argument where no object (or no mesh) has it.
     void set_material(int id, Material material);
     const Mesh& mesh(int id) const;
-    std::size_t lights() const { return lights_.size(); }
+    // Lights of all kinds in the order of adding, but the environment last. Their names are kind and number.
+    const std::vector<Source>& sources() const { return sources_; }
+    std::vector<std::string> light_names() const;
+    std::vector<Light> lights() const;  // those without extent
+    const std::vector<Object>& objects() const { return objects_; }
+    // Changes with everything that is added or set.
+    int version() const { return version_; }
+    std::uint64_t fingerprint() const;
+
+    // The object that the point lies within: from there, all of many rays first meet its surface from behind, but for those
+    // that meet a light. NONE where there is no such object.
+    int enclosing(const Vec3& point) const;
+    // Point and area lights that an object encloses, so that their light does not get out: (light, object).
+    std::vector<std::pair<int, int>> enclosed_lights() const;
+
+    // The first surface that a ray meets.
+    std::optional<Found> find(const Ray& ray) const;
+    // The ray that leaves a surface towards L.
+    Ray leaving(const Found& found, const Vec3& L) const;
+    // Whether nothing stands on the way from a surface towards L, up to the distance.
+    bool visible(const Found& found, const Vec3& L, double distance) const;
 
     // Images of width x height pixels, both at least 1; of a trace only some rows, so that a large picture needs no
     // more memory than its widest strip: those from `first` on, as many as `rows`, or all that follow where that is 0.
     Trace trace(const Camera& camera, int width, int height, bool shadows = true, int first = 0, int rows = 0) const;
-    // Sum over lobes and lights of f E, [h, w, 3], linear RGB, background 0: the mean over `samples` positions of each
+    // Sum over lobes and lights without extent of f E, [h, w, 3], linear RGB, background 0: the mean over `samples`
+    // positions of each
     // pixel; the pixel centre where there is one sample, else an R2 sequence that is shifted from pixel to pixel.
     // The number of threads does not change a bit of it.
     std::vector<double> beauty(const Camera& camera, int width, int height, int samples = 1, std::uint64_t seed = 0,
@@ -60,28 +104,18 @@ public:
     RayCount bare_loop(const Camera& camera, int width, int height, int samples) const;
 
 private:
-    struct Object {
-        std::variant<Mesh, Sphere, Plane> shape;
-        double offset;  // by which shadow rays start above the surface
-        Material material;
-    };
-    struct Found {
-        int object;
-        std::uint32_t primitive;
-        Surface surface;
-    };
-
     template <class Shape> int add_shape(Shape shape, embree::Geometry geometry);
+    int add_source(Source source);
     void require(int id) const;
-    std::optional<Found> find(const Ray& ray) const;
-    bool visible(const Found& found, const Incidence& light) const;
     Vec3 irradiance(const Found& found, const Incidence& light, bool shadows) const;
-    Vec3 radiance(const Ray& ray, bool shadows, std::vector<Material>& materials) const;
+    Vec3 radiance(const Ray& ray, bool shadows, const std::vector<Light>& lights,
+                  std::vector<Material>& materials) const;
 
     embree::Device device_;
     embree::Scene scene_;
     std::vector<Object> objects_;
-    std::vector<Light> lights_;
+    std::vector<Source> sources_;
+    int version_ = 0;
 };
 
 }  // namespace lobe

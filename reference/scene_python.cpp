@@ -5,6 +5,7 @@
 
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <cmath>
 #include <cstring>
@@ -34,7 +35,7 @@ template <class T> Array<T> array(nb::handle given, const std::string& name, std
     };
     nb::object converted;
     try {
-        const char* type = std::is_same_v<T, double> ? "f8" : "u4";
+        const char* type = std::is_same_v<T, double> ? "f8" : std::is_same_v<T, float> ? "f4" : "u4";
         converted = nb::module_::import_("numpy").attr("ascontiguousarray")(given, type);
     } catch (const nb::python_error&) {
         fail(nb::str(nb::type_name(given.type())).c_str());
@@ -112,14 +113,61 @@ int add_plane(Scene& scene, nb::handle center, nb::handle normal, double half_si
     return scene.add(Plane{vector(center, "center"), N, T, length(half_size, "half_size")});
 }
 
+int add_rectangle_light(Scene& scene, nb::handle center, nb::handle half_u, nb::handle half_v, nb::handle radiance) {
+    const Vec3 u = vector(half_u, "half_u"), v = vector(half_v, "half_v");
+    const Vec3 x = direction(half_u, "half_u"), y = direction(half_v, "half_v");
+    if (std::abs(x.dot(y)) > 1e-6)
+        throw std::invalid_argument("half_u, half_v: expected perpendicular vectors, the cosine between them is " +
+                                    std::to_string(x.dot(y)));
+    const Vec3 N = x.cross(y).normalized();
+    return scene.add_rectangle_light(Plane{vector(center, "center"), N, x, u.length(), v.length()},
+                                     colour(radiance, "radiance"));
+}
+
+int add_sphere_light(Scene& scene, nb::handle center, double radius, nb::handle radiance) {
+    return scene.add_sphere_light(Sphere{vector(center, "center"), length(radius, "radius")},
+                                  colour(radiance, "radiance"));
+}
+
+void set_environment(Scene& scene, nb::handle given, double rotation_degrees) {
+    check(&rotation_degrees, 1, "rotation_degrees");
+    const auto a = array<float>(given, "environment", {ANY, ANY, 3});
+    if (a.size() == 0) throw std::invalid_argument("environment: expected at least one pixel, got none");
+    scene.set_environment(Environment({a.data(), a.data() + a.size()}, static_cast<int>(a.shape(1)),
+                                      static_cast<int>(a.shape(0)), rotation_degrees));
+}
+
 std::vector<double> numbers(nb::handle given, const std::string& name) {
     const auto a = array<double>(nb::module_::import_("numpy").attr("atleast_1d")(given), name, {ANY});
     check(a.data(), a.size(), name);
     return {a.data(), a.data() + a.size()};
 }
 
-void set_material(Scene& scene, int id, nb::list lobes) {
-    Material material;
+Vec3 entry(nb::dict given, const char* owner, const char* key) {
+    return colour(given[key], std::string(owner) + ": " + key);
+}
+
+std::optional<Mirror> mirror(nb::object given) {
+    if (given.is_none()) return std::nullopt;
+    nb::dict d;
+    if (nb::try_cast(given, d)) {
+        if (d.size() == 1 && d.contains("f0")) return Mirror{.f0 = entry(d, "mirror", "f0")};
+        if (d.size() == 2 && d.contains("eta") && d.contains("k"))
+            return Mirror{.f0 = {}, .eta = entry(d, "mirror", "eta"), .k = entry(d, "mirror", "k")};
+    }
+    throw std::invalid_argument("mirror: expected {'f0': rgb} or {'eta': rgb, 'k': rgb}");
+}
+
+std::optional<Glass> glass(nb::object given) {
+    if (given.is_none()) return std::nullopt;
+    nb::dict d;
+    if (!nb::try_cast(given, d) || d.size() != 1 || !d.contains("eta"))
+        throw std::invalid_argument("glass: expected {'eta': number}");
+    return Glass{length(numbers(d["eta"], "glass: eta").at(0), "glass: eta")};
+}
+
+void set_material(Scene& scene, int id, nb::list lobes, nb::object mirror_given, nb::object glass_given) {
+    Material material{{}, mirror(mirror_given), glass(glass_given)};
     for (nb::handle entry : lobes) {
         std::pair<std::string, nb::dict> lobe;
         if (!nb::try_cast(entry, lobe)) throw std::invalid_argument("lobes: expected pairs (key, {parameter: value})");
@@ -128,7 +176,7 @@ void set_material(Scene& scene, int id, nb::list lobes) {
             const std::string name = nb::str(key).c_str();
             parameters[name] = numbers(value, lobe.first + ": " + name);
         }
-        material.emplace_back(lobe.first, parameters);
+        material.lobes.emplace_back(lobe.first, parameters);
     }
     scene.set_material(id, std::move(material));
 }
@@ -149,7 +197,7 @@ nb::dict trace(const Scene& scene, const Camera& camera, int width, int height, 
         nb::gil_scoped_release unlocked;
         t = scene.trace(camera, width, height, shadows, first, rows);
     }
-    const std::size_t h = rows ? rows : height - first, w = width, lights = scene.lights();
+    const std::size_t h = rows ? rows : height - first, w = width, lights = scene.lights().size();
     nb::dict arrays;
     arrays["N"] = to_numpy(std::move(t.N), {h, w, 3});
     arrays["T"] = to_numpy(std::move(t.T), {h, w, 3});
@@ -219,15 +267,30 @@ void bind_scene(nb::module_& m) {
         .def("add_plane", &add_plane, "center"_a, "normal"_a, "half_size"_a, "tangent"_a = nb::none(),
              "Exact square of edge 2 half_size. T is the tangent made orthogonal to the normal; where there is none\n"
              "it runs around the y axis. uv in 0..1 along T and N x T. Returns the object's id.")
-        .def("set_material", &set_material, "id"_a, "lobes"_a,
+        .def("set_material", &set_material, "id"_a, "lobes"_a, "mirror"_a = nb::none(), "glass"_a = nb::none(),
              "Sum of lobes: a list of (key, parameters), such as ('lobe_Lambert(vec3,vec3,vec3,vec3)',\n"
-             "{'albedo': (0.5, 0.5, 0.5)}). An object without material is black.")
+             "{'albedo': (0.5, 0.5, 0.5)}). An object without material is black. For Render, too: mirror, an ideal one,\n"
+             "{'f0': rgb} with Schlick's reflectance or {'eta': rgb, 'k': rgb} with the exact one; and glass, {'eta': n}, an\n"
+             "ideal boundary, n being the index on the side from which the normal points away, over that of the other.")
         .def("add_directional_light", [](Scene& scene, nb::handle towards, nb::handle rgb) {
             scene.add(Light{true, direction(towards, "direction_towards_light"), colour(rgb, "irradiance_rgb")});
         }, "direction_towards_light"_a, "irradiance_rgb"_a, "irradiance_rgb: on a surface that faces the light.")
         .def("add_point_light", [](Scene& scene, nb::handle position, nb::handle rgb) {
             scene.add(Light{false, vector(position, "position"), colour(rgb, "intensity_rgb")});
         }, "position"_a, "intensity_rgb"_a, "intensity_rgb: irradiance at distance 1, facing the light.")
+        .def("add_rectangle_light", &add_rectangle_light, "center"_a, "half_u"_a, "half_v"_a, "radiance"_a,
+             "A rectangle, center +- half_u +- half_v, that emits rgb radiance on the side of half_u x half_v. Like the\n"
+             "next one it is an object, seen and in the way of light, and its id is returned. For Render alone.")
+        .def("add_sphere_light", &add_sphere_light, "center"_a, "radius"_a, "radiance"_a,
+             "A sphere that emits rgb radiance outwards.")
+        .def("set_environment", &set_environment, "pixels"_a, "rotation_degrees"_a = 0.0,
+             "Radiance from far away, [h,w,3] latitude-longitude: +y on top, in the first row, -z in the middle, +x right\n"
+             "of it. rotation_degrees turns it about +y, from +z towards +x. For Render alone.")
+        .def_prop_ro("light_names", &Scene::light_names, "In the order of adding, but the environment last.")
+        .def("enclosed_lights", &Scene::enclosed_lights,
+             "Pairs (light, object): lights that lie within an object which is no glass, so that none of it gets out.")
+        .def("enclosing", [](const Scene& s, nb::handle point) { return s.enclosing(vector(point, "point")); }, "point"_a,
+             "The object that the point lies within: from there, all rays first meet it from behind. -1: none.")
         .def("normals", [](const Scene& s, int id) { return vectors_of(s.mesh(id).normals); }, "id"_a,
              "Unit normals of a mesh as the tracer uses them, [v,3].")
         .def("tangents", [](const Scene& s, int id) { return vectors_of(s.mesh(id).tangents); }, "id"_a,

@@ -119,15 +119,14 @@ double Sphere::largest_coordinate() const { return largest(center) + radius; }
 Surface Plane::surface(const Ray& ray, const Hit&) const {
     const Vec3 B = N.cross(T), to_center = center - ray.origin;
     const Vec3 in_plane = ray.direction * (to_center.dot(N) / ray.direction.dot(N)) - to_center;
-    const double x = std::clamp(in_plane.dot(T), -half_size, half_size);
-    const double y = std::clamp(in_plane.dot(B), -half_size, half_size);
-    return {center + T * x + B * y, N, T, N, Vec2(x, y) / (2 * half_size) + Vec2(0.5)};
+    const double x = std::clamp(in_plane.dot(T), -half_x, half_x), y = std::clamp(in_plane.dot(B), -half_y, half_y);
+    return {center + T * x + B * y, N, T, N, Vec2(x / half_x, y / half_y) / 2 + Vec2(0.5)};
 }
 
-double Plane::largest_coordinate() const { return largest(center) + 2 * half_size; }
+double Plane::largest_coordinate() const { return largest(center) + half_x + half_y; }
 
 std::array<Vec3, 4> Plane::corners() const {
-    const Vec3 x = T * half_size, y = N.cross(T) * half_size;
+    const Vec3 x = T * half_x, y = N.cross(T) * half_y;
     return {center - x - y, center + x - y, center + x + y, center - x + y};
 }
 

@@ -57,11 +57,11 @@ struct Sphere {
     double largest_coordinate() const;
 };
 
-// A square. uv is (0, 0) at center - half_size (T + B) and (1, 1) at the opposite corner, B = N x T.
+// A rectangle. uv is (0, 0) at center - half_x T - half_y B and (1, 1) at the opposite corner, B = N x T.
 struct Plane {
     Vec3 center;
     Vec3 N, T;  // orthonormal
-    double half_size;
+    double half_x, half_y = half_x;
 
     Surface surface(const Ray& ray, const Hit&) const;
     double largest_coordinate() const;

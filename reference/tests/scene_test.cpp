@@ -26,7 +26,7 @@ double distance(const Vec3& a, const Vec3& b) { return (a - b).length(); }
 
 Light directional(const Vec3& towards, const Vec3& irradiance) { return {true, towards.normalized(), irradiance}; }
 
-Material lambert(const Vec3& albedo) { return {Lobe(LAMBERT, {{"albedo", {albedo.x, albedo.y, albedo.z}}})}; }
+Material lambert(const Vec3& albedo) { return {{Lobe(LAMBERT, {{"albedo", {albedo.x, albedo.y, albedo.z}}})}}; }
 
 // Calls check(pixel, ray) for each pixel that shows the object, and expects that there are any.
 void for_pixels_of(int object, const Trace& t, const Camera& camera, std::function<void(std::size_t, Ray)> check) {
@@ -285,7 +285,7 @@ TEST(Scene, LambertSphereLitFromTheCamera) {
 Scene still_life() {
     Scene scene;
     Material plastic = lambert({0.4, 0.3, 0.2});
-    plastic.emplace_back(GGX, Lobe::Parameters{{"f0", {0.04, 0.05, 0.06}}, {"alpha", {0.2}}});
+    plastic.lobes.emplace_back(GGX, Lobe::Parameters{{"f0", {0.04, 0.05, 0.06}}, {"alpha", {0.2}}});
     scene.set_material(scene.add(ball(3)), plastic);
     scene.set_material(scene.add(Plane{{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, 4}), lambert(Vec3(0.5)));
     scene.set_material(scene.add(Sphere{{1.2, -0.4, 0.8}, 0.6}), plastic);

@@ -1,0 +1,105 @@
+// Sums of samples, from which come the mean, the variance of that mean, and the decision where to stop.
+#pragma once
+
+#include "registry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace lobe {
+
+// The samples of a pixel fall by turns to two halves, each with a sequence of its own. Samples of one sequence depend on
+// each other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of their
+// difference, squared, is an unbiased estimate of the variance of the mean (Rousselle, Knaus, Zwicker, Adaptive rendering
+// with non-local means filtering, 2012, section 4). With one degree of freedom: take means over pixels.
+class Film {
+public:
+    static constexpr int TILE = 16, HALVES = 2;
+
+    Film(int width, int height)
+        : width(width), height(height), tiles_x((width + TILE - 1) / TILE), tiles_y((height + TILE - 1) / TILE),
+          sums_(std::size_t(width) * height * HALVES, Vec3(0)), counts_(std::size_t(tiles_x) * tiles_y, 0),
+          finished_(counts_.size(), 0) {}
+
+    // Of the i-th sample of the pixel.
+    void add(std::size_t pixel, int i, const Vec3& radiance) { sums_[HALVES * pixel + i % HALVES] += radiance; }
+
+    // Of a tile, so many samples more of each pixel.
+    void count(std::size_t tile, int samples) { counts_[tile] += samples; }
+    void finish(std::size_t tile) { finished_[tile] = 1; }
+    bool finished(std::size_t tile) const { return finished_[tile]; }
+    int samples(std::size_t tile) const { return counts_[tile]; }
+    std::size_t tiles() const { return counts_.size(); }
+
+    Vec3 mean(std::size_t pixel, int count) const {
+        return count > 0 ? (sums_[HALVES * pixel] + sums_[HALVES * pixel + 1]) / count : Vec3(0);
+    }
+    Vec3 variance(std::size_t pixel, int count) const {
+        if (count < 2) return Vec3(0);
+        const Vec3 apart = sums_[HALVES * pixel] / ((count + 1) / 2) - sums_[HALVES * pixel + 1] / (count / 2);
+        return apart * apart / 4;
+    }
+
+    std::size_t tile(int x, int y) const { return std::size_t(y / TILE) * tiles_x + x / TILE; }
+    std::size_t pixel(int x, int y) const { return std::size_t(y) * width + x; }
+
+    // Calls visit(x, y) for the pixels of a tile.
+    template <class Visit> void for_pixels(std::size_t tile, const Visit& visit) const {
+        const int x0 = static_cast<int>(tile % tiles_x) * TILE, y0 = static_cast<int>(tile / tiles_x) * TILE;
+        for (int y = y0; y < std::min(y0 + TILE, height); ++y)
+            for (int x = x0; x < std::min(x0 + TILE, width); ++x) visit(x, y);
+    }
+
+    // Sums over the channels of a tile's pixels.
+    struct Summary {
+        double mean = 0, variance = 0;
+        std::size_t values = 0;
+    };
+    Summary summary(std::size_t t) const {
+        Summary s;
+        for_pixels(t, [&](int x, int y) {
+            s.mean += mean(pixel(x, y), counts_[t]).dot(Vec3(1));
+            s.variance += variance(pixel(x, y), counts_[t]).dot(Vec3(1));
+            s.values += 3;
+        });
+        return s;
+    }
+    Summary summary() const {
+        Summary all;
+        for (std::size_t t = 0; t < counts_.size(); ++t) {
+            const Summary s = summary(t);
+            all.mean += s.mean, all.variance += s.variance, all.values += s.values;
+        }
+        return all;
+    }
+    // Root mean square standard error over the mean; infinite before there are two samples everywhere.
+    double error() const {
+        const Summary s = summary();
+        const bool known = *std::min_element(counts_.begin(), counts_.end()) >= 2;
+        if (!known) return std::numeric_limits<double>::infinity();
+        return s.mean > 0 ? std::sqrt(s.variance / s.values) / (s.mean / s.values) : 0;
+    }
+
+    template <class Visit> void for_state(const Visit& visit) { each(*this, visit); }
+    template <class Visit> void for_state(const Visit& visit) const { each(*this, visit); }
+
+    const int width, height, tiles_x, tiles_y;
+
+private:
+    template <class Self, class Visit> static void each(Self& self, const Visit& visit) {
+        visit(self.sums_.data(), self.sums_.size());
+        visit(self.counts_.data(), self.counts_.size());
+        visit(self.finished_.data(), self.finished_.size());
+    }
+
+    std::vector<Vec3> sums_;  // of the halves of each pixel
+    std::vector<std::int32_t> counts_;    // of the tiles
+    std::vector<std::uint8_t> finished_;  // the same
+};
+
+using LayerFilm = std::vector<Vec3>;  // sums, one a pixel
+
+}  // namespace lobe

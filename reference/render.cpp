@@ -1,0 +1,335 @@
+#include "render.h"
+
+#include "fingerprint.h"
+#include "models.h"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <stdexcept>
+
+namespace lobe {
+namespace {
+
+// Numbers of the pairs that a path uses up: one for the pixel, and at each vertex these.
+enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, PER_VERTEX = 3 };
+
+double mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
+
+// Weight of a direction drawn with density p where q might have drawn it as well: Veach 1997, the power heuristic.
+double weight(double p, double q) { return p == NO_EXTENT ? 1 : p * p / (p * p + q * q); }
+
+// Where the path has met a surface, as its material sees it.
+struct Vertex {
+    const Scene::Found& found;
+    const Surface& surface = found.surface;
+    Material& material;
+    Vec3 V;
+    Basis frame{surface.N, surface.T};
+    Vec3 local_V = frame.to_local(V);
+    double NdotV = local_V.z;
+    Vec3 mirror{0};        // reflectance
+    double glass = 0, eta = 1;  // reflectance of glass, index of the far side over that of V's
+    double lobes = 0, all = 0;  // shares of all lobes and of all together among the directions that are drawn
+};
+
+// One thread's tracer: lobes keep their vectors among their arguments.
+class Tracer {
+public:
+    Tracer(const Scene& scene, const RenderSettings& settings)
+        : scene_(scene), settings_(settings), sources_(scene.sources()), chances_(sources_.size(), 1.0),
+          by_source_(sources_.size(), Vec3(0)) {
+        for (const Scene::Object& o : scene.objects()) materials_.push_back(o.material);
+        for (const Source& s : sources_) has_extent_ |= !std::holds_alternative<Light>(s);
+        if (!sources_.empty()) environment_ = std::get_if<Environment>(&sources_.back());
+    }
+
+    // What comes along the ray towards its origin.
+    Vec3 radiance(Ray ray, const Sample& points);
+    // What each light has to do with it, if settings ask for layers. Then it begins anew.
+    std::vector<Vec3>& by_source() { return by_source_; }
+
+private:
+    void add(int source, const Vec3& radiance) {
+        sum_ += radiance;
+        if (settings_.layers) by_source_[source] += radiance;
+    }
+    void add_emission(const std::optional<Scene::Found>& found, const Vec3& direction);
+    Vertex meet(const Scene::Found& found, const Vec3& V);
+    void add_direct(const Vertex& v, Vec2 u);
+    int choose_light(const Vertex& v, double& u);
+    bool scatter(const Vertex& v, Ray& ray, Vec2 u, double chance);
+    bool scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u);
+    bool survives(double chance);
+
+    Vec3 f(const Vertex& v, const Vec3& L) const {
+        Vec3 sum(0);
+        for (Lobe& lobe : v.material.lobes) sum += lobe(L);
+        return sum;
+    }
+    // With which the lobes draw L, among all that is drawn.
+    double density(const Vertex& v, const Vec3& local_L) const {
+        double sum = 0;
+        for (std::size_t i = 0; i < v.material.lobes.size(); ++i)
+            sum += shares_[i] * v.material.lobes[i].proposal.density(v.local_V, local_L);
+        return sum / v.all;
+    }
+
+    const Scene& scene_;
+    const RenderSettings& settings_;
+    const std::vector<Source>& sources_;
+    const Environment* environment_ = nullptr;
+    bool has_extent_ = false;
+    std::vector<Material> materials_;
+
+    // of the path
+    Vec3 sum_, throughput_;
+    double widening_;  // of solid angles by refraction: it thins radiance out but takes no light
+    // of the last vertex
+    Vec3 origin_;
+    double density_;               // with which its lobes have drawn the direction of the path
+    std::vector<double> shares_;   // of its lobes among the directions, and of mirror, glass' reflection and refraction
+    std::vector<double> chances_;  // of the lights to be drawn from
+    std::vector<Vec3> by_source_;
+};
+
+Vec3 Tracer::radiance(Ray ray, const Sample& points) {
+    sum_ = Vec3(0), throughput_ = Vec3(1), widening_ = 1, density_ = NO_EXTENT;
+    for (int interactions = 0;; ++interactions) {
+        const std::uint32_t first = interactions * PER_VERTEX;
+        const auto found = scene_.find(ray);
+        add_emission(found, ray.direction);
+        if (!found || interactions == settings_.depth) break;
+
+        const Vertex v = meet(*found, -ray.direction);
+        if (v.lobes > 0) add_direct(v, points.pair(first + LIGHT));
+        const bool may_end = interactions + 1 >= settings_.roulette, chosen = v.all > v.lobes;
+        const Vec2 chance = may_end || chosen ? points.pair(first + CHANCE) : Vec2(0);
+        if (!scatter(v, ray, points.pair(first + DIRECTION), chance.x)) break;
+        if (may_end && !survives(chance.y)) break;
+    }
+    return sum_;
+}
+
+// Light that the path has run into. What the lobes have drawn might have been drawn from the lights as well.
+void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& direction) {
+    const int source = found ? scene_.objects()[found->object].source : static_cast<int>(sources_.size()) - 1;
+    if (source == Scene::NONE || (!found && !environment_)) return;
+    if (found && found->surface.facing.dot(direction) >= 0) return;  // lights are black behind
+    const bool by_lobes = density_ != NO_EXTENT;
+    if (by_lobes && settings_.strategy == Strategy::light) return;
+    std::visit([&](const auto& light) {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(light)>, Light>) {
+            const Vec3 radiance = [&] {
+                if constexpr (std::is_same_v<std::decay_t<decltype(light)>, Environment>) return light.radiance(direction);
+                else return light.radiance;
+            }();
+            const double rival = by_lobes && settings_.strategy == Strategy::mis
+                                     ? chances_[source] * light.density(origin_, direction) : 0;
+            add(source, throughput_ * radiance * weight(density_, rival));
+        }
+    }, sources_[source]);
+}
+
+Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
+    Vertex v{.found = found, .material = materials_[found.object], .V = V};
+    shares_.clear();
+    for (Lobe& lobe : v.material.lobes) {
+        lobe.turn(v.surface.N, v.surface.T, V);
+        shares_.push_back(v.NdotV > 0 ? lobe.albedo(v.NdotV) : 0);
+        v.lobes += shares_.back();
+    }
+    v.all = v.lobes;
+    if (v.material.mirror && v.NdotV > 0) v.mirror = v.material.mirror->reflectance(v.NdotV);
+    if (v.material.glass) {
+        v.eta = v.NdotV > 0 ? v.material.glass->eta : 1 / v.material.glass->eta;
+        v.glass = lobe_F_dielectric(std::abs(v.NdotV), v.eta);
+    }
+    for (double share : {mean(v.mirror), v.glass, v.material.glass ? 1 - v.glass : 0}) {
+        shares_.push_back(share);
+        v.all += share;
+    }
+    origin_ = v.surface.position;
+    return v;
+}
+
+// One of the lights, by what it would give if nothing stood in its way; u keeps what chance is left.
+int Tracer::choose_light(const Vertex& v, double& u) {
+    const int count = static_cast<int>(sources_.size());
+    if (count == 1) return settings_.strategy == Strategy::lobe && has_extent_ ? -1 : 0;
+    double all = 0;
+    for (int i = 0; i < count; ++i) {
+        const bool skipped = settings_.strategy == Strategy::lobe && !std::holds_alternative<Light>(sources_[i]);
+        const auto importance = [&](const auto& light) { return light.importance(origin_, v.surface.N); };
+        all += chances_[i] = skipped ? 0 : std::visit(importance, sources_[i]);
+    }
+    if (!(all > 0)) return -1;
+    for (double& chance : chances_) chance /= all;
+    return pick(chances_.data(), count, u);
+}
+
+void Tracer::add_direct(const Vertex& v, Vec2 u) {
+    if (sources_.empty()) return;
+    const int source = choose_light(v, u.x);
+    if (source < 0) return;
+    const LightSample light = std::visit([&](const auto& l) { return l.sample(origin_, u); }, sources_[source]);
+    const double cos = v.surface.N.dot(light.L);
+    if (!(cos > 0) || light.estimate == Vec3(0)) return;
+    const Vec3 arriving = f(v, light.L) * light.estimate * (cos / chances_[source]);
+    if (arriving == Vec3(0) || !scene_.visible(v.found, light.L, light.distance)) return;
+    const double rival = settings_.strategy == Strategy::mis && light.density != NO_EXTENT
+                             ? density(v, v.frame.to_local(light.L)) : 0;
+    add(source, throughput_ * arriving * weight(light.density * chances_[source], rival));
+}
+
+// Draws the direction in which the path goes on.
+bool Tracer::scatter(const Vertex& v, Ray& ray, Vec2 u, double chance) {
+    if (!(v.all > 0)) return false;
+    double& draw = v.all > v.lobes ? chance : u.x;  // lobes alone share the first number of the pair
+    const int i = pick(shares_.data(), static_cast<int>(shares_.size()), draw);
+    const std::size_t lobes = v.material.lobes.size();
+    if (static_cast<std::size_t>(i) < lobes) return scatter_by_lobe(v, v.material.lobes[i].proposal, ray, u);
+
+    const Vec3& N = v.surface.N;
+    density_ = NO_EXTENT;
+    Vec3 L = N * (2 * v.NdotV) - v.V;
+    if (static_cast<std::size_t>(i) == lobes) {
+        throughput_ *= v.mirror * (v.all / shares_[i]);
+    } else {
+        throughput_ *= v.all;  // drawn with the reflectance or transmittance itself
+        if (static_cast<std::size_t>(i) == lobes + 2) {
+            L = lobe_refract(v.NdotV > 0 ? N : -N, v.V, v.eta).normalized();
+            throughput_ /= v.eta * v.eta;
+            widening_ *= v.eta * v.eta;
+        }
+    }
+    ray = scene_.leaving(v.found, L);
+    return true;
+}
+
+bool Tracer::scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u) {
+    const Vec3 local_L = proposal.sample(v.local_V, u);
+    if (!(local_L.z > 0)) return false;
+    const Vec3 L = v.frame.to_world(local_L);
+    density_ = density(v, local_L);
+    if (!(density_ > 0)) return false;
+    throughput_ *= f(v, L) * (local_L.z / density_);
+    ray = scene_.leaving(v.found, L);
+    return throughput_ != Vec3(0);
+}
+
+// Russian roulette (Arvo, Kirk 1990): the likelier the end, the less light is left.
+bool Tracer::survives(double chance) {
+    const double survival = std::max({throughput_.x, throughput_.y, throughput_.z}) * widening_;
+    if (survival >= 1) return true;
+    if (chance >= survival) return false;
+    throughput_ /= survival;
+    return true;
+}
+
+constexpr int FIRST_LOOK = 16;  // samples before a tile may be finished
+
+// The next number of samples at which tiles may be finished.
+int next_look(int samples) {
+    int look = FIRST_LOOK;
+    while (look <= samples) look *= 2;
+    return look;
+}
+
+}  // namespace
+
+Render::Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings)
+    : scene_(scene), view_(camera.view(width, height)), settings_(settings), version_(scene.version()),
+      film_(width, height) {
+    if (settings.layers)
+        layers_.assign(scene.sources().size(), LayerFilm(std::size_t(width) * height, Vec3(0)));
+    const Vec3 places[] = {view_.eye, view_.corner, view_.per_x, view_.per_y};
+    Fingerprint print;
+    for (const Vec3& v : places) print.add(v);
+    fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
+                       .add(settings.seed).add(settings.strategy).add(settings.layers).value();
+}
+
+void Render::advance(int samples) {
+    if (scene_.version() != version_)
+        throw std::invalid_argument("the scene has changed since the render was made; make a new one");
+    while (samples > 0 && !finished()) {
+        const int step = std::min(samples, next_look(samples_) - samples_);
+        add_samples(step);
+        samples -= step;
+        samples_ += step;
+        if (samples_ == next_look(samples_ - 1)) finish_tiles();
+    }
+}
+
+void Render::add_samples(int count) {
+    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_); });
+    const auto render_pixel = [&](Tracer& tracer, int x, int y, int done) {
+        const std::size_t pixel = film_.pixel(x, y);
+        for (int i = done; i < done + count; ++i) {
+            const Sample points(scrambled(settings_.seed + 1) + 2 * pixel + i % Film::HALVES, i / Film::HALVES);
+            const Vec2 p = points.pair(POSITION);
+            film_.add(pixel, i, tracer.radiance(view_.ray(x + p.x, y + p.y), points));
+            for (std::size_t k = 0; k < layers_.size(); ++k)
+                layers_[k][pixel] += std::exchange(tracer.by_source()[k], Vec3(0));
+        }
+    };
+    oneapi::tbb::parallel_for(std::size_t(0), film_.tiles(), [&](std::size_t t) {
+        if (film_.finished(t)) return;
+        Tracer& tracer = tracers.local();
+        const int done = film_.samples(t);
+        film_.for_pixels(t, [&](int x, int y) { render_pixel(tracer, x, y, done); });
+        film_.count(t, count);
+    });
+}
+
+void Render::finish_tiles() {
+    if (!(target_ > 0)) return;
+    const Film::Summary all = film_.summary();
+    const double allowed = target_ * all.mean / all.values;
+    for (std::size_t t = 0; t < film_.tiles(); ++t) {
+        const Film::Summary s = film_.summary(t);
+        if (s.variance <= allowed * allowed * s.values) film_.finish(t);
+    }
+}
+
+bool Render::finished() const {
+    for (std::size_t t = 0; t < film_.tiles(); ++t)
+        if (!film_.finished(t)) return false;
+    return true;
+}
+
+std::string Render::state() const {
+    std::string bytes;
+    const auto write = [&](const auto* data, std::size_t count) {
+        bytes.append(reinterpret_cast<const char*>(data), count * sizeof *data);
+    };
+    write(&fingerprint_, 1);
+    write(&samples_, 1);
+    for_state(*this, write);
+    const std::uint64_t sum = Fingerprint().add(bytes).value();
+    write(&sum, 1);
+    return bytes;
+}
+
+void Render::restore(const std::string& state) {
+    std::size_t size = sizeof fingerprint_ + sizeof samples_ + sizeof(std::uint64_t);
+    for_state(*this, [&](const auto* data, std::size_t count) { size += count * sizeof *data; });
+    std::uint64_t print = 0, sum = 0;
+    std::memcpy(&print, state.data(), std::min(state.size(), sizeof print));
+    if (print != fingerprint_)
+        throw std::invalid_argument("state: it belongs to another scene, camera, size or setting");
+    if (state.size() == size) std::memcpy(&sum, state.data() + size - sizeof sum, sizeof sum);
+    if (state.size() != size || sum != Fingerprint().bytes(state.data(), size - sizeof sum).value())
+        throw std::invalid_argument("state: damaged, " + std::to_string(state.size()) + " bytes of " +
+                                    std::to_string(size));
+    const char* p = state.data() + sizeof print;
+    const auto read = [&](auto* data, std::size_t count) {
+        std::memcpy(static_cast<void*>(data), p, count * sizeof *data);
+        p += count * sizeof *data;
+    };
+    read(&samples_, 1);
+    for_state(*this, read);
+}
+
+}  // namespace lobe

@@ -1,0 +1,66 @@
+// Path tracing: light of all kinds, direct and by any number of reflections, sample after sample.
+#pragma once
+
+#include "camera.h"
+#include "film.h"
+#include "scene.h"
+
+#include <string>
+#include <vector>
+
+namespace lobe {
+
+enum class Strategy { mis, lobe, light };  // how directions to lights with an extent are drawn
+
+struct RenderSettings {
+    int depth = 8;     // interactions with surfaces on the longest path: 0 shows lights alone, 1 has direct light
+    int roulette = 4;  // interactions before paths may end by chance
+    std::uint64_t seed = 0;
+    Strategy strategy = Strategy::mis;
+    bool layers = false;  // one film for each light, too
+};
+
+// One picture that gets better as long as one likes. The scene must outlive it and must not change.
+class Render {
+public:
+    Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings);
+
+    // Adds so many samples to each pixel that is not finished. The result depends neither on the number of threads nor
+    // on how the samples are split into calls. Throws std::invalid_argument where the scene has changed.
+    void advance(int samples);
+    // From now on, tiles are finished as soon as their relative standard error, the root mean square over their pixels
+    // over the mean of the picture, is below; 0: never. That is looked at after 2^n samples, and biases by as much as
+    // such rules do: a tile which happens to look even ends early.
+    void set_target(double error) { target_ = error; }
+    bool finished() const;
+
+    const Film& film() const { return film_; }
+    // For each light a picture, all of whose sum is the beauty.
+    const std::vector<LayerFilm>& layers() const { return layers_; }
+
+    // All that a render of the same scene, camera, size and settings needs to go on as if it had not been stopped.
+    std::string state() const;
+    // Throws std::invalid_argument where the state is another's, or damaged; then nothing has changed.
+    void restore(const std::string& state);
+
+private:
+    void add_samples(int count);
+    void finish_tiles();
+    // Hands the arrays that make up the state to visit(data, count).
+    template <class Self, class Visit> static void for_state(Self& self, const Visit& visit) {
+        self.film_.for_state(visit);
+        for (auto& layer : self.layers_) visit(layer.data(), layer.size());
+    }
+
+    const Scene& scene_;
+    View view_;
+    RenderSettings settings_;
+    int version_;
+    std::uint64_t fingerprint_;
+    Film film_;
+    std::vector<LayerFilm> layers_;
+    std::int32_t samples_ = 0;  // of the tiles that are not finished
+    double target_ = 0;
+};
+
+}  // namespace lobe

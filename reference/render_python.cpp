@@ -1,0 +1,109 @@
+// Renders of the module lobe.reference.
+#include "python.h"
+
+#include "render.h"
+
+#include <nanobind/stl/string.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace {
+
+using namespace lobe;
+using namespace nb::literals;
+
+Strategy strategy(const std::string& name) {
+    if (name == "mis") return Strategy::mis;
+    if (name == "lobe") return Strategy::lobe;
+    if (name == "light") return Strategy::light;
+    throw std::invalid_argument("strategy: expected mis, lobe or light, got " + name);
+}
+
+void require(bool holds, const std::string& name, const char* expected, double got) {
+    if (!holds) throw std::invalid_argument(name + ": expected " + expected + ", got " + std::to_string(got));
+}
+
+void make(Render* self, const Scene& scene, const Camera& camera, int width, int height, int depth, int roulette,
+          std::uint64_t seed, const std::string& strategy_name, bool layers) {
+    require(width >= 1, "width", "at least 1", width);
+    require(height >= 1, "height", "at least 1", height);
+    require(depth >= 0, "depth", "at least 0", depth);
+    require(roulette >= 0, "roulette", "at least 0", roulette);
+    new (self) Render(scene, camera, width, height, {depth, roulette, seed, strategy(strategy_name), layers});
+}
+
+// An array [h, w, channels] from what value(pixel, samples) gives for each pixel.
+template <class T, class Value> nb::object picture(const Film& film, std::size_t channels, const Value& value) {
+    std::vector<T> image(std::size_t(film.width) * film.height * channels);
+    for (std::size_t t = 0; t < film.tiles(); ++t)
+        film.for_pixels(t, [&](int x, int y) {
+            const std::size_t pixel = film.pixel(x, y);
+            value(pixel, film.samples(t), image.data() + channels * pixel);
+        });
+    const std::size_t h = film.height, w = film.width;
+    return channels == 1 ? to_numpy(std::move(image), {h, w}) : to_numpy(std::move(image), {h, w, channels});
+}
+
+void write(const Vec3& v, double* p) { p[0] = v.x, p[1] = v.y, p[2] = v.z; }
+
+nb::object layers(const Render& render) {
+    const Film& film = render.film();
+    const std::size_t pixels = std::size_t(film.width) * film.height, count = render.layers().size();
+    if (count == 0) throw std::invalid_argument("layers: the render was made without, or there is no light");
+    std::vector<double> images(3 * pixels * count);
+    for (std::size_t t = 0; t < film.tiles(); ++t)
+        film.for_pixels(t, [&](int x, int y) {
+            for (std::size_t i = 0; i < count; ++i)
+                write(render.layers()[i][film.pixel(x, y)] / std::max(film.samples(t), 1),
+                      images.data() + 3 * (pixels * i + film.pixel(x, y)));
+        });
+    return to_numpy(std::move(images), {count, std::size_t(film.height), std::size_t(film.width), 3});
+}
+
+}  // namespace
+
+void bind_render(nb::module_& m) {
+    nb::class_<Render>(m, "Render",
+                       "A path-traced picture that gets better as long as one likes. ValueError on bad input, and where\n"
+                       "the scene has been changed since.")
+        .def("__init__", &make, "scene"_a, "camera"_a, "width"_a, "height"_a, "depth"_a = 8, "roulette"_a = 4,
+             "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, nb::keep_alive<1, 2>(),
+             "depth: interactions with surfaces on the longest path; 0 shows the lights alone, 1 has direct light.\n"
+             "roulette: interactions before paths may end by chance. strategy: how directions to lights with an extent\n"
+             "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.")
+        .def("advance", [](Render& r, int samples) {
+            require(samples >= 0, "samples", "at least 0", samples);
+            nb::gil_scoped_release unlocked;
+            r.advance(samples);
+        }, "samples"_a, "Adds so many samples to each pixel that is not finished: to the last bit the same for any number\n"
+                        "of threads, and however they are split into calls.")
+        .def("set_target", [](Render& r, double error) {
+            require(error >= 0, "error", "at least 0", error);
+            r.set_target(error);
+        }, "error"_a, "Tiles of 16 x 16 pixels are finished as soon as their root mean square standard error over the\n"
+                      "mean of the picture is below; 0: never. Looked at after 16, 32, 64 .. samples.")
+        .def_prop_ro("finished", &Render::finished)
+        .def("samples", [](const Render& r) {
+            return picture<std::int32_t>(r.film(), 1, [](std::size_t, int n, std::int32_t* out) { *out = n; });
+        }, "Samples of each pixel, [h,w] int32.")
+        .def("beauty", [](const Render& r) {
+            return picture<double>(r.film(), 3, [&](std::size_t p, int n, double* out) { write(r.film().mean(p, n), out); });
+        }, "Mean radiance, [h,w,3], linear RGB.")
+        .def("variance", [](const Render& r) {
+            return picture<double>(r.film(), 3,
+                                   [&](std::size_t p, int n, double* out) { write(r.film().variance(p, n), out); });
+        }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one degree\n"
+           "of freedom a pixel. Take means over some pixels. 0 before there are two samples.")
+        .def("layers", &layers, "What each light has to do with the picture, [lights,h,w,3], in the order of light_names.")
+        .def("error", [](const Render& r) { return r.film().error(); },
+             "Root mean square standard error of the pixels over the mean of the picture; infinite before there are two\n"
+             "samples everywhere.")
+        .def("state", [](const Render& r) {
+            const std::string s = r.state();
+            return nb::bytes(s.data(), s.size());
+        }, "All that an equal render needs to go on to the same bits.")
+        .def("restore", [](Render& r, nb::bytes s) { r.restore(std::string(s.c_str(), s.size())); }, "state"_a,
+             "Takes over a state. ValueError where it belongs to another scene, camera, size or setting, or is damaged;\n"
+             "then nothing has changed.");
+}
