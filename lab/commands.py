@@ -303,7 +303,19 @@ def _numbers(values: np.ndarray, form: str) -> str:
     return ", ".join(format(float(x), form) for x in np.atleast_1d(values))
 
 
-def reference(lobes, scene, size, samples, settings, mesh, metal, ground, out, json) -> None:
+def refuse(options: dict, why: str) -> None:
+    """InputError where one of the options is given."""
+    if given := [name for name, value in options.items() if value]:
+        raise InputError(f"reference {given[0]}: {why}")
+
+
+def set_threads(count: int) -> None:
+    from lobe import reference
+
+    reference.set_threads(count)
+
+
+def reference(lobes, scene, size, samples, seed, threads, settings, mesh, metal, ground, out, json) -> None:
     """Renders a scene and writes <scene>.exr and <scene>.png."""
     from . import pictures
 
@@ -316,12 +328,13 @@ def reference(lobes, scene, size, samples, settings, mesh, metal, ground, out, j
     require_suited((place,), functions, f"--metal {metal}" if metal else f"--scene {scene}")
     chosen = scene_settings(settings, functions)
     output_places(out, json)
+    set_threads(threads)
     built, camera = scenes.build(place, ground=ground)
     material = [(f.key, compare_.parameter_values(f, place, chosen)) for f in functions]
     for thing in range(2 if ground else 1):
         built.set_material(thing, material if thing == 0 else scenes.GROUND_MATERIAL)
     layers = built.trace(camera, size, size)
-    beauty = built.beauty(camera, size, size, samples=samples)
+    beauty = built.beauty(camera, size, size, samples=samples, seed=seed)
     lights = {f"{name}{i}": image for name in ("L", "E") for i, image in enumerate(layers.pop(name))}
     files.write_exr(out / f"{place.name}.exr", {"RGB": beauty.astype(np.float32)} | layers | lights)
     files.write_png(out / f"{place.name}.png", pictures.srgb(beauty))
@@ -331,3 +344,38 @@ def reference(lobes, scene, size, samples, settings, mesh, metal, ground, out, j
              "exr": str(out / f"{place.name}.exr"), "png": str(out / f"{place.name}.png")}]})
     if json != "-":
         print(f"{out / place.name}.exr\n{out / place.name}.png")
+
+
+def render(path, size, spp, seconds, error, threads, seed, resume, strategy, out, json) -> None:
+    """Renders a scene file, and writes <scene>.exr, <scene>.png and <scene>.checkpoint."""
+    from . import rendering, scene_files
+    from .progress import progress
+
+    set_threads(threads)
+    scene = scene_files.load(path)
+    for note in scene.notes:
+        print(f"lobe: warning: {note}", file=sys.stderr)
+    settings = rendering.settings(scene, size, seed, strategy)
+    budget = rendering.budget(scene, spp, seconds, error)
+    output_places(out, json)
+    job = rendering.Rendering(scene, settings, out)
+    for left in (job.picture, job.preview, job.checkpoint):
+        files.remove_leftovers(left)
+    if resume and not job.resume():
+        print(f"lobe: {job.checkpoint}: no checkpoint yet, begins a new one", file=sys.stderr)
+    try:
+        with progress() as step:
+            job.advance(budget, step)
+    except KeyboardInterrupt:
+        print(f"lobe: stopped after {job.done} samples; the same command with --resume goes on", file=sys.stderr)
+        sys.exit(130)
+    facts = job.write()
+    result = {"scene": scene.name, "file": str(path), "width": settings.width, "height": settings.height,
+              "samples": facts["samplesPerPixel"], "seconds": facts["seconds"], "error": facts["error"],
+              "seed": settings.seed, "mean": facts["mean"], "hash": facts["sceneHash"], "notes": scene.notes,
+              "exr": str(job.picture), "png": str(job.preview)}
+    if json:
+        files.write_json(json, {"schema": SCHEMA, "results": [result]})
+    if json != "-":
+        print(f"{job.picture}\n{job.preview}\n{job.done} samples a pixel in {job.seconds:.1f} s, standard error "
+              f"{facts['error']:.2g} of the mean")

@@ -1,9 +1,11 @@
 """Files that the bench reads and writes. A file is written beside its place and renamed, so that none is ever half."""
 
 import contextlib
+import glob
 import json
 import math
 import os
+import re
 import secrets
 import sys
 import tempfile
@@ -65,7 +67,7 @@ def written_beside(path):
     target = output_file(path)
     with contextlib.ExitStack() as cleanup:
         try:
-            temporary = target.with_name(f".{secrets.token_hex(8)}{target.suffix}")
+            temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}{target.suffix}")
             cleanup.callback(temporary.unlink, missing_ok=True)
             yield temporary
             os.replace(temporary, target)
@@ -73,10 +75,23 @@ def written_beside(path):
             raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
 
 
+def remove_leftovers(path):
+    """Removes what written_beside could not, when a process that wrote `path` was killed."""
+    target = Path(path).resolve()
+    for left in target.parent.glob(f".{glob.escape(target.name)}.*.*{glob.escape(target.suffix)}"):
+        process = re.fullmatch(r"(\d+)\.[0-9a-f]{8}", left.name[len(target.name) + 2 : len(left.name) - len(target.suffix)])
+        if process and not Path(f"/proc/{process[1]}").exists():
+            left.unlink(missing_ok=True)
+
+
 def write_text(path, text):
     """Writes the text in UTF-8."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path, content):
     with written_beside(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(content)
 
 
 def write_json(path, value):
@@ -126,16 +141,30 @@ def read_exr(path):
     The layers of the first part of an OpenEXR file, as write_exr names them: name -> array [h,w], [h,w,3] or [h,w,4].
     InputError where the file is none, truncated or damaged.
     """
+    channels = _from_exr(path, lambda file: file.channels())
+    return {name: channel.pixels for name, channel in channels.items()}
+
+
+def exr_header(path):
+    """What an OpenEXR file says of its first part, without reading pixels, so that an absurd size does no harm: width,
+    height, compression (such as "DWAB") and channels, their names. InputError as of read_exr."""
+    header = _from_exr(path, lambda file: file.header(), header_only=True)
+    low, high = header["dataWindow"]
+    return {"width": int(high[0]) - int(low[0]) + 1, "height": int(high[1]) - int(low[1]) + 1,
+            "compression": header["compression"].name.removesuffix("_COMPRESSION"),
+            "channels": [channel.name for channel in header["channels"]]}
+
+
+def _from_exr(path, take, **options):
     import OpenEXR
 
     if not read_bytes(path).startswith(b"\x76\x2f\x31\x01"):
         raise InputError(f"{path}: is not an OpenEXR file; expected an .exr image")
     try:
         with _silenced():
-            channels = OpenEXR.File(str(path)).channels()
-    except (RuntimeError, ValueError):
+            return take(OpenEXR.File(str(path), **options))
+    except (RuntimeError, ValueError, MemoryError):
         raise InputError(f"{path}: is a truncated or damaged OpenEXR file; export or download it again") from None
-    return {name: channel.pixels for name, channel in channels.items()}
 
 
 @contextlib.contextmanager

@@ -1,5 +1,6 @@
 """Triangle meshes from files, checked, and made for a float32 rasteriser and a ray tracer to share."""
 
+import io
 import json
 import logging
 import re
@@ -159,24 +160,46 @@ def _obj_corner(word, tables):
     return tuple(indices)
 
 
+def load_parts(path):
+    """
+    Reads a glTF or GLB file as its primitives, transforms applied: a list of (Mesh, material), the material as the
+    file's JSON has it, or {} where a primitive names none. InputError for whatever is no usable mesh.
+    """
+    path = Path(path)
+    content = read_bytes(path)
+    placed = _placed_geometries(path, content)
+    parts = [(_transformed(geometry, matrix), getattr(geometry.visual, "material", None)) for geometry, matrix in placed]
+    parts = [(part, material) for part, material in parts if len(part.faces)]
+    if not parts:
+        raise InputError(f"{path}: has no triangles; export the mesh with its faces, not points or curves")
+    materials = _gltf_document(content).get("materials", [])
+    return [(_checked(path, part), materials[int(material.name)] if material and material.name else {})
+            for part, material in parts]
+
+
 def _read_with_trimesh(path, content):
     """The meshes of a PLY, STL, glTF or GLB file, each in the coordinates of the whole."""
+    return [_transformed(geometry, matrix) for geometry, matrix in _placed_geometries(path, content)]
+
+
+def _placed_geometries(path, content):
+    """The meshes of trimesh in a file, with their transforms."""
     import trimesh  # takes 0.5 s, so only who needs it waits
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what matters of it is in our own messages
     try:
         if path.suffix.lower() in (".gltf", ".glb"):
-            _refuse_compression(path, content)
+            document = _gltf_document(content)
+            _refuse_compression(path, document)
+            _refuse_cycles(path, document)
+            content = _with_bare_materials(content, document)
         if path.suffix.lower() == ".ply":
             _refuse_short_text(path, content)
-        scene = trimesh.load_scene(path, process=False)
+        scene = trimesh.load_scene(io.BytesIO(content), file_type=path.suffix[1:].lower(), process=False,
+                                   resolver=trimesh.resolvers.FilePathResolver(str(path)))
         nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
-        with np.errstate(invalid="ignore"):  # infinite positions are reported later, by their number
-            return [
-                _transformed(scene.geometry[name], matrix)
-                for matrix, name in nodes
-                if isinstance(scene.geometry[name], trimesh.Trimesh)
-            ]
+        return [(scene.geometry[name], matrix) for matrix, name in nodes
+                if isinstance(scene.geometry[name], trimesh.Trimesh)]
     except InputError:
         raise
     except Exception as error:  # the parsers raise whatever the damage happens to cause
@@ -187,14 +210,55 @@ def _read_with_trimesh(path, content):
                          "export or download it again") from None
 
 
-def _refuse_compression(path, content):
-    """Without its decoder a compressed glTF reads as vertices that are all zero."""
+def _gltf_document(content):
+    """The JSON of a glTF or GLB file."""
     if content.startswith(b"glTF"):
         content = content[20 : 20 + int.from_bytes(content[12:16], "little")]  # the first chunk of a GLB is its JSON
-    for extension in json.loads(content).get("extensionsRequired", []):
+    return json.loads(content)
+
+
+def _with_bare_materials(content, document):
+    """The file with nothing but their number left of its materials, by which they are found again: trimesh renames
+    them, rounds their colours, reads their pictures, and drops them where vertices have colours."""
+    bare = dict(document)
+    if "materials" in bare:
+        bare["materials"] = [{"name": str(i)} for i in range(len(bare["materials"]))]
+    bare["meshes"] = [mesh | {"primitives": [
+        p | {"attributes": {k: v for k, v in p["attributes"].items() if not k.startswith("COLOR_")}}
+        for p in mesh["primitives"]]} for mesh in bare.get("meshes", [])]
+    text = json.dumps(bare).encode()
+    if not content.startswith(b"glTF"):
+        return text
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + int.from_bytes(content[12:16], "little") :]
+    sizes = ((20 + len(text) + len(rest)).to_bytes(4, "little"), len(text).to_bytes(4, "little"))
+    return content[:8] + sizes[0] + sizes[1] + content[16:20] + text + rest
+
+
+def _refuse_compression(path, document):
+    """Without its decoder a compressed glTF reads as vertices that are all zero."""
+    for extension in document.get("extensionsRequired", []):
         if extension in _COMPRESSIONS:
             raise InputError(f"{path}: needs {extension}, which Lobe does not read; "
                              f"export it again without {_COMPRESSIONS[extension]} compression")
+
+
+def _refuse_cycles(path, document):
+    """glTF's nodes are a forest, each below one other at most; trimesh takes what it meets first and is silent."""
+    above = {}
+    for i, node in enumerate(document.get("nodes", [])):
+        for child in node.get("children", []):
+            if child in above:
+                raise InputError(f"{path}: node {child} hangs below two nodes, {above[child]} and {i}, expected one; "
+                                 "export the file again")
+            above[child] = i
+    nodes = document.get("nodes", [])
+    reached, waiting = set(), [i for i in range(len(nodes)) if i not in above]
+    while waiting:
+        reached.add(node := waiting.pop())
+        waiting += nodes[node].get("children", [])
+    if lost := set(above) - reached:
+        raise InputError(f"{path}: node {min(lost)} hangs below itself, expected a tree; export the file again")
 
 
 def _refuse_short_text(path, content):
@@ -215,10 +279,12 @@ def _refuse_short_text(path, content):
 def _transformed(geometry, matrix):
     """A mesh of trimesh in the coordinates of the scene; a mirroring transform turns the triangles round."""
     linear, shift = matrix[:3, :3], matrix[:3, 3]
+    with np.errstate(invalid="ignore"):  # infinite positions are reported later, by their number
+        vertices = geometry.vertices @ linear.T + shift
     given = "vertex_normals" in geometry._cache  # otherwise trimesh would invent them
     uv = getattr(geometry.visual, "uv", None)
     return Mesh(
-        geometry.vertices @ linear.T + shift,
+        vertices,
         np.asarray(geometry.faces if np.linalg.det(linear) > 0 else geometry.faces[:, ::-1]),
         geometry.vertex_normals @ np.linalg.inv(linear) if given else None,
         np.array(uv, dtype=float) if uv is not None else None,

@@ -1,0 +1,236 @@
+"""Pictures of scene files: rendered within a budget, kept on disk from time to time, written as OpenEXR and PNG."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import time
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import exr, files, pictures, scene_schema
+from .errors import InputError
+from .scene_files import SceneFile
+
+STRIP = 8 * exr.BLOCK_ROWS  # rows that are traced and written at once
+PASS_SECONDS = 0.5  # how long one call into the tracer should take, so that budgets and interrupts are noticed
+SAVE_SECONDS = 60.0  # between checkpoints; a slow disk gets more time
+FILM_BYTES = 3 * 8 + 3 * 8 + 4  # of a pixel: mean, variance, samples
+LAYER_BYTES = 3 * 8  # of a pixel, for each light
+COPIES = 3  # of the film at most, while a checkpoint is written or read
+MOST_SAMPLES = 1 << 24
+
+AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I", "primitive": "I"}
+
+
+@dataclass(frozen=True)
+class Budget:
+    """When to stop; the first that is reached counts. spp includes samples of earlier runs, seconds do not."""
+
+    spp: int | None = None
+    seconds: float | None = None
+    error: float | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What decides each bit of a picture, beside the scene."""
+
+    width: int
+    height: int
+    depth: int
+    roulette: int
+    seed: int
+    strategy: str
+    layers: bool
+
+
+def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: str | None) -> Settings:
+    """What the file says, where the command line says nothing."""
+    film, render = scene.film, scene.render
+    known = scene_schema.STRATEGIES
+    if strategy is not None and strategy not in known:
+        raise InputError(f"--strategy {strategy}: expected one of {', '.join(known)}")
+    height = film["height"]
+    if width is not None:
+        height = max(1, round(film["height"] * width / film["width"]))
+    return Settings(width or film["width"], height, render["depth"], render["roulette"],
+                    render["seed"] if seed is None else seed, strategy or render["strategy"],
+                    film["layers"] and len(scene.lights) > 1)
+
+
+def budget(scene: SceneFile, spp: int | None, seconds: float | None, error: float | None) -> Budget:
+    """The command line's, or the file's where the command line sets no limit at all."""
+    if spp or seconds is not None or error:
+        return Budget(spp, seconds, error)
+    return Budget(scene.render["spp"], None, scene.render["error"] or None)
+
+
+class Rendering:
+    """A scene being rendered: its film in the reference, and its checkpoint beside the picture."""
+
+    def __init__(self, scene: SceneFile, settings: Settings, out: Path):
+        from lobe import reference
+
+        self.scene, self.settings = scene, settings
+        self.picture, self.preview = out / f"{scene.name}.exr", out / f"{scene.name}.png"
+        self.checkpoint = out / f"{scene.name}.checkpoint"
+        self.identity = f"{scene.identity}-{zlib.crc32(repr(settings).encode()):08x}"
+        self.seconds = 0.0  # of rendering, all runs together
+        self.done = 0  # samples of the pixels that have most
+        require_memory(scene, settings)
+        try:
+            self.render = reference.Render(
+                scene.scene, scene.camera, settings.width, settings.height, depth=settings.depth,
+                roulette=settings.roulette, seed=settings.seed, strategy=settings.strategy, layers=settings.layers)
+        except (MemoryError, ValueError) as error:
+            (scene.place / "film").fail(str(error) or "is too large for the memory")
+
+    # Work.
+
+    def advance(self, budget: Budget, step: Callable[[str, int, int], None]) -> None:
+        """Adds samples until the budget is spent. Ctrl-C ends it between two passes, with a checkpoint written."""
+        self.render.set_target(budget.error or 0.0)
+        started = saved = time.monotonic()
+        spent, save_every, count = self.seconds, SAVE_SECONDS, 1
+        try:
+            while not self._is_spent(budget, time.monotonic() - started):
+                count = min(count, (budget.spp or MOST_SAMPLES) - self.done)
+                before = time.monotonic()
+                self.render.advance(count)
+                now = time.monotonic()
+                self.done += count
+                self.seconds = spent + now - started
+                step(*self._progress(budget, now - started))
+                count = max(1, min(2 * count, int(count * PASS_SECONDS / max(now - before, 1e-6))))
+                if now - saved > save_every:
+                    self.save()
+                    saved = time.monotonic()
+                    save_every = max(SAVE_SECONDS, 20 * (saved - now))
+        except KeyboardInterrupt:
+            self.save()
+            raise
+        if self.render.finished:  # within a pass, so that no pixel has all samples that were asked for
+            self.done = int(self.render.samples().max())
+        self.save()
+
+    def _is_spent(self, budget: Budget, elapsed: float) -> bool:
+        return (self.render.finished or self.done >= (budget.spp or MOST_SAMPLES)
+                or (budget.seconds is not None and elapsed >= budget.seconds and self.done > 0))
+
+    def _progress(self, budget: Budget, elapsed: float) -> tuple[str, int, int]:
+        """What the bar says, samples done, and an estimate of how many there will be."""
+        ends = [budget.spp or MOST_SAMPLES]
+        if budget.seconds:
+            ends.append(round(self.done * budget.seconds / max(elapsed, 1e-6)))
+        error = self.render.error() if budget.error else 0.0
+        if 0 < error < math.inf:
+            ends.append(round(self.done * (error / budget.error) ** 2))  # falls with the root of the samples
+        label = f"samples{f', error {error:.2g}' if error else ''}"
+        return label, self.done, max(min(ends), self.done)
+
+    # Checkpoints: a line of JSON, then the film as the reference gives it.
+
+    def save(self) -> None:
+        state = self.render.state()
+        head = {"scene": self.identity, "seconds": self.seconds, "samples": self.done, "crc": zlib.crc32(state)}
+        with files.written_beside(self.checkpoint) as temporary, open(temporary, "wb") as file:
+            file.write(json.dumps(head).encode() + b"\n")
+            file.write(state)
+
+    def resume(self) -> bool:
+        """Goes on from the checkpoint, if there is one."""
+        if not self.checkpoint.exists():
+            return False
+        try:
+            with open(self.checkpoint, "rb") as file:
+                head, state = json.loads(file.readline(4096)), file.read()
+            damaged = head["crc"] != zlib.crc32(state)
+            identity, self.seconds, self.done = head["scene"], float(head["seconds"]), int(head["samples"])
+        except (OSError, ValueError, KeyError, TypeError):
+            damaged, identity = True, self.identity
+        if identity != self.identity:
+            raise InputError(f"{self.checkpoint}: belongs to another scene, size, seed or setting than "
+                             f"{self.scene.path} has now; render without --resume to begin again")
+        try:
+            if damaged:
+                raise ValueError
+            self.render.restore(state)
+        except ValueError:
+            raise InputError(f"{self.checkpoint}: is damaged or of another version; render without --resume to begin "
+                             "again") from None
+        return True
+
+    # Pictures.
+
+    def write(self) -> dict:
+        """Writes the OpenEXR and the PNG; returns what is worth telling of them."""
+        facts = {"lobeScene": self.scene.name, "sceneHash": self.identity, "seed": self.settings.seed,
+                 "samplesPerPixel": self.done, "seconds": round(self.seconds, 3), "error": self.render.error(),
+                 "strategy": self.settings.strategy, "depth": self.settings.depth}
+        with files.written_beside(self.picture) as temporary:
+            self._write_parts(temporary, facts)
+        beauty = self.render.beauty()
+        mean = beauty.mean(axis=(0, 1))
+        self._write_preview(beauty)
+        return facts | {"mean": mean}
+
+    def _write_parts(self, path: Path, facts: dict) -> None:
+        s = self.settings
+        lights = self.scene.lights if s.layers else []
+        colours = ["beauty", "variance", *(f"light.{name}" for name in lights)]
+        parts = [exr.Part(name, ("R", "G", "B")) for name in colours] + [exr.Part("samples", ("I",), "uint32")]
+        aovs = len(parts)
+        parts += [exr.Part(name, tuple(c), "uint32" if c == "I" else "float32") for name, c in AOVS.items()]
+        with exr.Writer(path, s.width, s.height, parts, facts) as writer:
+            def fill(part, image):
+                for y in range(0, s.height, STRIP):
+                    writer.write(part, image[y : y + STRIP].astype(parts[part].dtype))
+
+            fill(0, self.render.beauty())  # one picture at a time: each is a copy of a part of the film
+            fill(1, self.render.variance())
+            if lights:
+                for i, image in enumerate(self.render.layers()):
+                    fill(2 + i, image)
+            fill(aovs - 1, self.render.samples())
+            for y in range(0, s.height, STRIP):
+                rows = min(STRIP, s.height - y)
+                strip = self.scene.scene.trace(self.scene.camera, s.width, s.height, shadows=False, first=y, rows=rows)
+                for i, name in enumerate(AOVS):
+                    writer.write(aovs + i, strip[name].astype(parts[aovs + i].dtype))
+
+    def _write_preview(self, beauty: np.ndarray) -> None:
+        shown = np.empty(beauty.shape, np.uint8)
+        for y in range(0, len(beauty), STRIP):
+            strip = beauty[y : y + STRIP] * 2.0 ** self.scene.film["exposure"]
+            shown[y : y + STRIP] = np.rint(pictures.srgb(strip) * 255)
+        files.write_png(self.preview, shown)
+
+
+def require_memory(scene: SceneFile, settings: Settings) -> None:
+    """InputError where film and checkpoint would not fit into what memory is free."""
+    each = FILM_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
+    needed, free = COPIES * each * settings.width * settings.height, free_memory()
+    if needed > free:
+        (scene.place / "film" / "width").fail(
+            f"{settings.width} x {settings.height} pixels need {needed / 2**30:.1f} GB, and {free / 2**30:.1f} GB are free; "
+            "choose a smaller picture" + (", or layers = false" if settings.layers else ""))
+
+
+def free_memory() -> int:
+    """Bytes that this process may still take, a limit such as ulimit -v included."""
+    import resource
+
+    available = re.search(r"MemAvailable: +(\d+) kB", Path("/proc/meminfo").read_text())
+    free = int(available[1]) * 1024 if available else os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit == resource.RLIM_INFINITY:
+        return free
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    return min(free, limit - used)
