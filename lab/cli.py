@@ -134,6 +134,22 @@ def reference(
                            settings or [], mesh, metal, ground, out, json)
 
 
+@app.command()
+def chart(
+    family: Annotated[list[str], typer.Option("--family", help="Only this family or chart (repeatable): fresnel, distribution, "
+                                              "masking, diffuse, power, specular, albedo.")] = None,
+    device: Annotated[str, typer.Option("--device", help="isa (AMD's compiled code, no GPU needed), gl (time on this "
+                                        "machine's OpenGL) or all.")] = "isa",
+    peers: Annotated[bool, typer.Option("--peers", help="Also LYGIA, three.js and MaterialX, fetched into the cache.")] = False,
+    out: Out = Path("out/chart"),
+    json: Json = None,
+):
+    """Chart speed against accuracy: SVG files and a page."""
+    from . import commands
+
+    commands.chart(family or [], device, peers, out, json)
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def test(ctx: typer.Context,
          full: Annotated[bool, typer.Option("--full", help="Also the long tests.")] = False):

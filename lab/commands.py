@@ -379,3 +379,25 @@ def render(path, size, spp, seconds, error, threads, seed, resume, strategy, out
     if json != "-":
         print(f"{job.picture}\n{job.preview}\n{job.done} samples a pixel in {job.seconds:.1f} s, standard error "
               f"{facts['error']:.2g} of the mean")
+
+
+def chart(family, device, peers, out, json) -> None:
+    from . import chart as charts
+    from . import cost, families, isa
+    from .progress import progress
+
+    if device not in (*cost.DEVICES, "all"):
+        raise InputError(f"--device {device}: expected one of {', '.join((*cost.DEVICES, 'all'))}")
+    devices = cost.DEVICES if device == "all" else (device,)
+    chosen = families.chosen(family)
+    if "isa" in devices:
+        isa.require_tools()
+    output_places(out, json)
+    with progress() as step:
+        found = cost.measure(chosen, devices, peers, step)
+    written = charts.write(found, out)
+    if json:
+        files.write_json(json, found)
+    if json != "-":
+        print(charts.summary(found))
+        print(f"page: {written[-1]}")

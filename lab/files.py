@@ -99,20 +99,21 @@ def write_json(path, value):
     Writes dicts, lists, strings, numbers and NumPy values as JSON; the path `-` is stdout.
     JSON has no NaN and no infinity: they become null.
     """
-    text = json.dumps(_plain(value), indent=1, allow_nan=False) + "\n"
+    text = json.dumps(plain(value), indent=1, allow_nan=False) + "\n"
     if str(path) == "-":
         sys.stdout.write(text)
     else:
         write_text(path, text)
 
 
-def _plain(value):
+def plain(value):
+    """A value as JSON knows it; what is not finite becomes null."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
