@@ -21,9 +21,9 @@ from .scene_files import SceneFile
 STRIP = 8 * exr.BLOCK_ROWS  # rows that are traced and written at once
 PASS_SECONDS = 0.5  # how long one call into the tracer should take, so that budgets and interrupts are noticed
 SAVE_SECONDS = 60.0  # between checkpoints; a slow disk gets more time
-FILM_BYTES = 3 * 8 + 3 * 8 + 4  # of a pixel: mean, variance, samples
+FILM_BYTES = 2 * 3 * 8  # of a pixel: sums of two halves of its samples
 LAYER_BYTES = 3 * 8  # of a pixel, for each light
-COPIES = 3  # of the film at most, while a checkpoint is written or read
+COPIES = 2  # of the film: itself, and what is written or read of it
 MOST_SAMPLES = 1 << 24
 
 AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I", "primitive": "I"}

@@ -299,22 +299,27 @@ bool Render::finished() const {
     return true;
 }
 
-std::string Render::state() const {
-    std::string bytes;
+std::size_t Render::state_size() const {
+    std::size_t size = sizeof fingerprint_ + sizeof samples_ + sizeof(std::uint64_t);
+    for_state(*this, [&](const auto* data, std::size_t count) { size += count * sizeof *data; });
+    return size;
+}
+
+void Render::state(char* bytes) const {
+    char* p = bytes;
     const auto write = [&](const auto* data, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(data), count * sizeof *data);
+        std::memcpy(p, data, count * sizeof *data);
+        p += count * sizeof *data;
     };
     write(&fingerprint_, 1);
     write(&samples_, 1);
     for_state(*this, write);
-    const std::uint64_t sum = Fingerprint().add(bytes).value();
+    const std::uint64_t sum = Fingerprint().bytes(bytes, p - bytes).value();
     write(&sum, 1);
-    return bytes;
 }
 
-void Render::restore(const std::string& state) {
-    std::size_t size = sizeof fingerprint_ + sizeof samples_ + sizeof(std::uint64_t);
-    for_state(*this, [&](const auto* data, std::size_t count) { size += count * sizeof *data; });
+void Render::restore(std::string_view state) {
+    const std::size_t size = state_size();
     std::uint64_t print = 0, sum = 0;
     std::memcpy(&print, state.data(), std::min(state.size(), sizeof print));
     if (print != fingerprint_)

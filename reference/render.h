@@ -5,7 +5,7 @@
 #include "film.h"
 #include "scene.h"
 
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace lobe {
@@ -39,9 +39,11 @@ public:
     const std::vector<LayerFilm>& layers() const { return layers_; }
 
     // All that a render of the same scene, camera, size and settings needs to go on as if it had not been stopped.
-    std::string state() const;
+    // A film of 8k has gigabytes: the caller brings state_size() bytes for it.
+    std::size_t state_size() const;
+    void state(char* bytes) const;
     // Throws std::invalid_argument where the state is another's, or damaged; then nothing has changed.
-    void restore(const std::string& state);
+    void restore(std::string_view state);
 
 private:
     void add_samples(int count);

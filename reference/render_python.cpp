@@ -100,10 +100,12 @@ void bind_render(nb::module_& m) {
              "Root mean square standard error of the pixels over the mean of the picture; infinite before there are two\n"
              "samples everywhere.")
         .def("state", [](const Render& r) {
-            const std::string s = r.state();
-            return nb::bytes(s.data(), s.size());
+            PyObject* bytes = PyBytes_FromStringAndSize(nullptr, static_cast<Py_ssize_t>(r.state_size()));
+            if (!bytes) throw nb::python_error();
+            r.state(PyBytes_AsString(bytes));
+            return nb::steal<nb::bytes>(bytes);
         }, "All that an equal render needs to go on to the same bits.")
-        .def("restore", [](Render& r, nb::bytes s) { r.restore(std::string(s.c_str(), s.size())); }, "state"_a,
+        .def("restore", [](Render& r, nb::bytes s) { r.restore({s.c_str(), s.size()}); }, "state"_a,
              "Takes over a state. ValueError where it belongs to another scene, camera, size or setting, or is damaged;\n"
              "then nothing has changed.");
 }
