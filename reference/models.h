@@ -10,3 +10,4 @@
 #include "models/lambert.h"
 #include "models/masking.h"
 #include "models/oren_nayar.h"
+#include "models/schlick.h"

@@ -69,6 +69,11 @@ inline double lobe_exponent_Blinn(double exponent) { return 4 * std::max(exponen
 // c^exponent for c = 1/(1 + x), by way of the C library's log1p.
 inline double lobe_inv_pow1p(double x, double exponent) { return std::exp(-exponent * std::log1p(std::max(x, 0.0))); }
 
+// A power's stand-in: s^exponent = exp(exponent ln s), with ln s, which is never above s - 1, replaced by it.
+inline double lobe_pow_Gaussian(double s, double exponent) {
+    return std::exp(std::max(exponent, 0.0) * (clamp_cosine(s) - 1));
+}
+
 LOBE_MODEL(blinn_phong, LOBE_FUNCTION(double, lobe_inv_pow1p, (double x, double exponent)),
            LOBE_FUNCTION(double, lobe_D_BlinnPhong, (double NdotH, double exponent)),
            LOBE_FUNCTION(double, lobe_D_BlinnPhong, (Vec3 N, Vec3 H, double exponent)),
@@ -77,6 +82,7 @@ LOBE_MODEL(blinn_phong, LOBE_FUNCTION(double, lobe_inv_pow1p, (double x, double 
            LOBE_FUNCTION(Vec3, lobe_BlinnPhong, (Vec3 N, Vec3 V, Vec3 L, Vec3 rs, double exponent)),
            LOBE_FUNCTION(double, lobe_exponent, (double alpha)),
            LOBE_FUNCTION(double, lobe_alpha_Phong, (double exponent)),
-           LOBE_FUNCTION(double, lobe_exponent_Blinn, (double exponent)))
+           LOBE_FUNCTION(double, lobe_exponent_Blinn, (double exponent)),
+           LOBE_FUNCTION(double, lobe_pow_Gaussian, (double s, double exponent)))
 
 }  // namespace lobe

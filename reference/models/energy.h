@@ -109,6 +109,9 @@ inline Vec2 lobe_DFG_GGX(double NdotV, double alpha) {
     return {1 - energy.lost - energy.grazing, energy.grazing};
 }
 
+// The shader's shorter fit is held to the same.
+inline Vec2 lobe_DFG_GGX_fast(double NdotV, double alpha) { return lobe_DFG_GGX(NdotV, alpha); }
+
 // f0 of a whole lobe, at most 1.
 inline double reflected_at_normal(double f0) { return std::min(f0, 1.0); }
 
@@ -143,6 +146,7 @@ inline double lobe_alpha_filtered(double alpha, Vec3 dNdx, Vec3 dNdy) {
 LOBE_MODEL(energy, LOBE_QUADRATURE(double, lobe_albedo_GGX, (double NdotV, double alpha)),
            LOBE_QUADRATURE(double, lobe_albedo_avg_GGX, (double alpha)),
            LOBE_QUADRATURE(Vec2, lobe_DFG_GGX, (double NdotV, double alpha)),
+           LOBE_QUADRATURE(Vec2, lobe_DFG_GGX_fast, (double NdotV, double alpha)),
            LOBE_QUADRATURE(Vec3, lobe_energy_Turquin, (double NdotV, Vec3 f0, double alpha)),
            LOBE_QUADRATURE(Vec3, lobe_GGX_multiple, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)),
            LOBE_FUNCTION(double, lobe_alpha_filtered, (double alpha, Vec3 dNdx, Vec3 dNdy)))

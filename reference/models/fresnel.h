@@ -83,6 +83,12 @@ inline double lobe_F_Schlick(double cosI, double f0, double f90) { return schlic
 inline Vec3 lobe_F_Schlick(double cosI, Vec3 f0) { return lobe_F_Schlick(cosI, f0, Vec3(1)); }
 inline double lobe_F_Schlick(double cosI, double f0) { return lobe_F_Schlick(cosI, f0, 1.0); }
 
+// Lagarde 2012: the weight of the grazing colour as a Gaussian of the cosine, 2^(-5.55473 c^2 - 6.98316 c).
+inline Vec3 lobe_F_Schlick_fast(double cosI, Vec3 f0) {
+    const double c = clamp_cosine(cosI), grazing = std::exp2(-5.55473 * c * c) * std::exp2(-6.98316 * c);
+    return f0 * (1 - grazing) + Vec3(grazing);
+}
+
 // F of a whole lobe: at L.H, and with f0 at most 1, since a surface reflects no more than arrives.
 inline Vec3 half_angle_F_Schlick(Vec3 V, Vec3 L, Vec3 f0) {
     const Vec3 reflected(std::min(f0.x, 1.0), std::min(f0.y, 1.0), std::min(f0.z, 1.0));
@@ -141,6 +147,12 @@ inline double lobe_f0(double eta, double k) {
 }
 inline Vec3 lobe_f0(Vec3 eta, Vec3 k) {
     return per_channel([&](int i) { return lobe_f0(eta[i], k[i]); });
+}
+
+// Lazanyi, Szirmay-Kalos 2005: ((eta - 1)^2 + 4 eta (1 - c)^5 + k^2) / ((eta + 1)^2 + k^2). The part 4 eta of the
+// divisor is what the metal absorbs at normal incidence: this is Schlick's curve from the metal's own F(1).
+inline Vec3 lobe_F_conductor_fast(double cosI, Vec3 eta, Vec3 k) {
+    return lobe_F_Schlick(cosI, lobe_f0(eta, k));
 }
 
 // The inverse of the first, for eta >= 1. f0 >= 1 has no dielectric: it is taken as the largest float below 1.

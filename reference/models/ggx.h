@@ -30,6 +30,12 @@ inline double lobe_D_GGX(Vec3 N, Vec3 H, double alpha) {
     return ggx_of_slope(lobe_sin2_NH(N, H) / (c * c), c, std::max(alpha, SMALLEST_ALPHA));
 }
 
+// The largest finite number of half precision, 65504, is where D is cut.
+inline double lobe_D_GGX_half(Vec3 N, Vec3 H, double alpha) {
+    constexpr double largest_half = (2 - 0x1p-10) * 0x1p15;
+    return std::min(lobe_D_GGX(N, H, alpha), largest_half);
+}
+
 // Two widths along T and B, from the cosines of a unit H (Walter's eq. 33 with the slopes stretched one by one: Burley
 // 2012, eq. 13). Of any other H, D |H|^4 comes; 0 of a null one.
 inline double lobe_D_GGX_aniso(double NdotH, double TdotH, double BdotH, double alphaX, double alphaY) {
@@ -101,6 +107,14 @@ inline Vec3 lobe_GGX(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     return half_angle_F_Schlick(V, L, f0) * (D * lobe_V_GGX(NdotV, NdotL, width));
 }
 
+// The same with Hammon's masking.
+inline Vec3 lobe_GGX_fast(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
+    const double NdotV = N.dot(V), NdotL = N.dot(L), width = std::max(alpha, SMALLEST_ALPHA);
+    if (!(NdotV > 0 && NdotL > 0)) return Vec3(0);
+    const double D = lobe_D_GGX(N, lobe_H(V, L), width);
+    return half_angle_F_Schlick(V, L, f0) * (D * lobe_V_GGX_fast(NdotV, NdotL, width));
+}
+
 // The same with Kelemen's masking, which does not know alpha.
 inline Vec3 lobe_GGX_Kelemen(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     if (!(N.dot(V) > 0 && N.dot(L) > 0)) return Vec3(0);
@@ -169,6 +183,8 @@ LOBE_MODEL(ggx, LOBE_FUNCTION(double, lobe_D_GGX_aniso,
            LOBE_FUNCTION(double, lobe_G2_GGX, (double NdotV, double NdotL, double alpha)),
            LOBE_FUNCTION(double, lobe_V_GGX, (double NdotV, double NdotL, double alpha)),
            LOBE_FUNCTION(Vec3, lobe_GGX, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)),
-           LOBE_FUNCTION(Vec3, lobe_GGX_Kelemen, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)))
+           LOBE_FUNCTION(Vec3, lobe_GGX_Kelemen, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)),
+           LOBE_FUNCTION(double, lobe_D_GGX_half, (Vec3 N, Vec3 H, double alpha)),
+           LOBE_FUNCTION(Vec3, lobe_GGX_fast, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)))
 
 }  // namespace lobe

@@ -27,10 +27,18 @@ inline double lobe_V_Kelemen(double LdotH) {
 }
 inline double lobe_V_Kelemen(Vec3 V, Vec3 L) { return lobe_V_Kelemen(lobe_LdotH(V, L)); }
 
+// Neumann, Neumann, Szirmay-Kalos 1999: of the foreshortened surface the smaller of the two cosines is seen and lit,
+// G = min(NdotV, NdotL).
+inline double lobe_V_Neumann(double NdotV, double NdotL) {
+    const double v = std::max(clamp_cosine(NdotV), SMALLEST_COSINE), l = std::max(clamp_cosine(NdotL), SMALLEST_COSINE);
+    return std::min(v, l) / (4 * v * l);
+}
+
 LOBE_MODEL(masking,
            LOBE_FUNCTION(double, lobe_G_Vgroove, (double NdotV, double NdotL, double NdotH, double VdotH)),
            LOBE_FUNCTION(double, lobe_V_Vgroove, (double NdotV, double NdotL, double NdotH, double VdotH)),
            LOBE_FUNCTION(double, lobe_V_Kelemen, (double LdotH)),
-           LOBE_FUNCTION(double, lobe_V_Kelemen, (Vec3 V, Vec3 L)))
+           LOBE_FUNCTION(double, lobe_V_Kelemen, (Vec3 V, Vec3 L)),
+           LOBE_FUNCTION(double, lobe_V_Neumann, (double NdotV, double NdotL)))
 
 }  // namespace lobe

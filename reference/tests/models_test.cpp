@@ -216,6 +216,22 @@ TEST(Fresnel, SchlickRunsFromNormalToGrazingColour) {
         EXPECT_NEAR(lobe_F_Schlick(cosI, lobe_f0(1.5)), lobe_F_dielectric(cosI, 1.5), 0.037);
 }
 
+TEST(Fresnel, FastMetalIsThePublishedFraction) {
+    for (double c : {0.0, 0.1, 0.7, 1.0})
+        for (int i = 0; i < 3; ++i) {
+            const double eta = GOLD_ETA[i], k = GOLD_K[i], w = std::pow(1 - c, 5);
+            EXPECT_NEAR(lobe_F_conductor_fast(c, GOLD_ETA, GOLD_K)[i],
+                        ((eta - 1) * (eta - 1) + 4 * eta * w + k * k) / ((eta + 1) * (eta + 1) + k * k), ROUNDING);
+        }
+}
+
+// Lagarde's exponent is fitted to (1 - c)^5, which the weight leaves by 0.00377 at most, at c = 0.055.
+TEST(Fresnel, FastSchlickFollowsSchlick) {
+    for (double c = 0; c <= 1; c += 1.0 / 64)
+        EXPECT_NEAR(lobe_F_Schlick_fast(c, Vec3(0)).x, lobe_F_Schlick(c, 0.0), 0.00377);
+    EXPECT_EQ(lobe_F_Schlick_fast(0, Vec3(0.04)).x, 1);
+}
+
 TEST(Masking, GrooveShadesOnlyFarFromTheMirror) {
     EXPECT_EQ(lobe_G_Vgroove(0.9, 0.9, 1, 0.9), 1);
     EXPECT_NEAR(lobe_G_Vgroove(0.1, 0.8, 0.7, 0.5), 0.28, ROUNDING);
@@ -227,6 +243,32 @@ TEST(Masking, GrooveShadesOnlyFarFromTheMirror) {
         EXPECT_NEAR(4 * V.z * L.z * lobe_V_Vgroove(V.z, L.z, H.z, VdotH), G, ROUNDING);
         EXPECT_NEAR(lobe_V_Kelemen(V, L) * (V + L).length2(), 1, 1e-9);  // V + L itself cancels
     });
+}
+
+// Seen or lit along the normal, nothing is hidden; edge-on, what is left does not depend on the smaller cosine.
+TEST(Masking, NeumannHidesTheSmallerCosine) {
+    EXPECT_EQ(lobe_V_Neumann(0.3, 1), 0.25);
+    EXPECT_EQ(lobe_V_Neumann(0, 0.5), 0.5);
+    EXPECT_TRUE(std::isfinite(lobe_V_Neumann(0, 0)));
+    for_pairs([](const Vec3& V, const Vec3& L) {
+        EXPECT_LE(4 * V.z * L.z * lobe_V_Neumann(V.z, L.z), 1);
+        EXPECT_EQ(lobe_V_Neumann(V.z, L.z), lobe_V_Neumann(L.z, V.z));
+    });
+}
+
+// ln s <= s - 1, and Bernoulli's inequality: neither stand-in is below the power, and both touch it at s = 1.
+TEST(Powers, StandInsLieAboveThePower) {
+    for (double h : {1.0, 10.0, 1000.0})
+        for (double s = 0; s <= 1; s += 1.0 / 64) {
+            EXPECT_GE(lobe_pow_Gaussian(s, h), std::pow(s, h));
+            EXPECT_GE(lobe_pow_Schlick(s, h), std::pow(s, h) * (1 - ROUNDING));
+        }
+    for (const auto power : {&lobe_pow_Gaussian, &lobe_pow_Schlick}) {
+        EXPECT_EQ(power(1, 50), 1);
+        EXPECT_NEAR((1 - power(1 - 1e-9, 50)) / 50e-9, 1, 1e-6);  // the slope there is the power's own
+    }
+    EXPECT_NEAR(lobe_pow_Schlick(0.3, 1), 0.3, ROUNDING);
+    EXPECT_EQ(lobe_pow_Schlick(0, 0), 0);
 }
 
 TEST(Fresnel, FluxOfEachPolarisationIsOne) {
@@ -367,6 +409,20 @@ TEST(Masking, CorrelationLeavesMoreLightThanIndependence) {
         for (double alpha : {0.0, 1.0})  // where Hammon's line begins and ends
             EXPECT_NEAR(lobe_V_GGX_fast(V.z, L.z, alpha) / lobe_V_GGX(V.z, L.z, alpha), 1, ROUNDING);
         EXPECT_LE(lobe_G2_Beckmann(V.z, L.z, 0.3), lobe_G1_Beckmann(V.z, 0.3));
+    });
+}
+
+TEST(GGX, CutForHalfPrecisionIsTheLargestHalf) {
+    EXPECT_EQ(lobe_D_GGX_half(NORMAL, NORMAL * 2, 1e-4), 65504);
+    EXPECT_EQ(lobe_D_GGX_half(NORMAL, direction(0.1, 0), 0.1), lobe_D_GGX(NORMAL, direction(0.1, 0), 0.1));
+}
+
+// Where Hammon's line begins and ends it is Smith's own masking.
+TEST(GGX, FastLobeIsTheLobeAtBothEndsOfAlpha) {
+    for_pairs([](const Vec3& V, const Vec3& L) {
+        const Vec3 fast = lobe_GGX_fast(NORMAL, V, L, Vec3(0.04), 1), exact = lobe_GGX(NORMAL, V, L, Vec3(0.04), 1);
+        EXPECT_NEAR(fast.x / exact.x, 1, ROUNDING);
+        EXPECT_EQ(lobe_GGX_fast(NORMAL, -V, L, Vec3(1), 0.3), Vec3(0));
     });
 }
 
