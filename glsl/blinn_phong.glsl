@@ -53,6 +53,17 @@ float lobe_inv_pow1p(float x, float exponent) {
     return exp(-clamp(exponent, 0.0, LOBE_EXPONENT_MAX) * (y < 0.333333333 ? series : log(1.0 + y)));
 }
 
+// Gaussian in the place of the power of a cosine: s^exponent where s is near 1, more than it in the tail.
+//   exp(-exponent (1 - s))
+// param  s         float  0..1    0.9   cosine
+// param  exponent  float  0..1e6  50.0  exponent of the cosine
+// family  power
+// units   16, exp
+// source  log(s) = s - 1 to first order
+float lobe_pow_Gaussian(float s, float exponent) {
+    return exp(clamp(exponent, 0.0, LOBE_EXPONENT_MAX) * (clamp(s, 0.0, 1.0) - 1.0));
+}
+
 // Blinn-Phong distribution of facet normals from a cosine, for those who have no vectors.
 //   D = (exponent + 2) / (2 pi) NdotH^exponent                                     [1/sr]
 // param  exponent  float  1..1e6  50.0  exponent of the cosine

@@ -29,6 +29,17 @@ float lobe_V_Vgroove(float NdotV, float NdotL, float NdotH, float VdotH) {
     return min(c.w, 2.0 * c.z * min(c.x, c.y)) / max(4.0 * c.x * c.y * c.w, LOBE_SMALLEST_DIVISOR);
 }
 
+// Neumann's visibility, which keeps a metal bright at grazing.
+//   V = 1 / (4 max(NdotV, NdotL))
+// param  NdotV  cosine  1e-6..1  0.7  cosine of the view direction
+// param  NdotL  cosine  1e-6..1  0.7  cosine of the light direction
+// family  masking
+// units   8
+// source  Neumann, Neumann, Szirmay-Kalos 1999
+float lobe_V_Neumann(float NdotV, float NdotL) {
+    return 0.25 / clamp(max(NdotV, NdotL), LOBE_SMALLEST_DIVISOR, 1.0);
+}
+
 // Kelemen's visibility, from the cosine at the half vector.
 //   V = 1 / (4 LdotH^2)
 // param  LdotH  cosine  1e-6..1  0.7  cosine between the light direction and the half vector

@@ -171,8 +171,44 @@ def dfg_ggx():
     return programmed(triangle(x, r, 4) * g[:, None], triangle(x, r, 3)[:, 1:], w, slope)
 
 
+def dfg_ggx_fast():
+    """energy.glsl, lobe_DFG_GGX_fast: w over 1, c, r, r^3, t r, c r; 1 - albedo over s a^2, t a^3, s^3, s^3 a^2, t^2."""
+    c, a, _, albedo, bias = _table()
+    t, r = c / (c + 0.6 * a), np.sqrt(a)
+    s, none = np.sqrt(t), np.zeros((len(c), 0))
+    mean = np.stack([np.ones(len(c)), c, r, r**3, t * r, c * r], -1)
+    lost = np.stack([s * a**2, t * a**3, s**3, s**3 * a**2, t * t], -1)
+    w = 1 - (bias / albedo) ** 0.2
+    start = [levelled(mean, none, w, 5 * (1 - w) ** 4 * albedo + 1e-3)[0], levelled(lost, none, 1 - albedo, np.ones(len(c)))[0]]
+
+    def errors(parameters: np.ndarray) -> np.ndarray:
+        p, q = np.split(parameters, [mean.shape[1]])
+        part, kept = np.clip(1 - mean @ p, 0, 1) ** 5, np.clip(1 - lost @ q, 0, 1)
+        return np.concatenate([kept * (1 - part) - (albedo - bias), kept * part - bias])
+
+    best, error = refined(errors, np.concatenate(start))
+    return *np.split(best, [mean.shape[1]]), error
+
+
+def refined(errors, x: np.ndarray, reach: float = 0.03, rounds: int = 60) -> tuple[np.ndarray, float]:
+    """Parameters near x with a smaller max |errors(x)|: linear programs on the slopes, in a reach that adapts."""
+    best = np.abs(errors(x)).max()
+    for _ in range(rounds):
+        e = errors(x)
+        slopes = np.stack([(errors(x + 1e-6 * d) - e) / 1e-6 for d in np.eye(len(x))], -1)
+        one = np.ones((len(e), 1))
+        step = linprog(np.eye(1, len(x) + 1, len(x))[0], np.vstack([np.hstack([slopes, -one]), np.hstack([-slopes, -one])]),
+                       np.concatenate([-e, e]), bounds=[(-reach, reach)] * len(x) + [(0, None)]).x
+        found = np.abs(errors(x + step[:-1])).max() if step is not None else np.inf
+        if found < best:
+            x, best, reach = x + step[:-1], found, 2 * reach
+        else:
+            reach /= 3
+    return x, best
+
+
 if __name__ == "__main__":
     np.set_printoptions(precision=9, suppress=True, linewidth=110)
-    for fit in (G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, albedo_ggx, albedo_avg_ggx, dfg_ggx):
+    for fit in (G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, albedo_ggx, albedo_avg_ggx, dfg_ggx, dfg_ggx_fast):
         p, q, error = fit()
         print(f"{fit.__doc__.splitlines()[0]}\n  error {error:.1e}\n  p {p}\n  q {q}")

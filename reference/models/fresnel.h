@@ -194,6 +194,8 @@ LOBE_MODEL(fresnel, LOBE_FUNCTION(Vec2, lobe_F_dielectric_sp, (double cosI, doub
            LOBE_FUNCTION(double, lobe_T_dielectric, (double cosI, double eta)),
            LOBE_FUNCTION(Vec3, lobe_F_Schlick, (double cosI, Vec3 f0)),
            LOBE_FUNCTION(Vec3, lobe_F_Schlick, (double cosI, Vec3 f0, Vec3 f90)),
+           LOBE_FUNCTION(Vec3, lobe_F_Schlick_fast, (double cosI, Vec3 f0)),
+           LOBE_FUNCTION(Vec3, lobe_F_conductor_fast, (double cosI, Vec3 eta, Vec3 k)),
            LOBE_FUNCTION(double, lobe_F_Schlick, (double cosI, double f0)),
            LOBE_FUNCTION(double, lobe_F_Schlick, (double cosI, double f0, double f90)),
            LOBE_FUNCTION(double, lobe_f0, (double eta)), LOBE_FUNCTION(double, lobe_eta, (double f0)),
