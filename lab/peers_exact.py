@@ -98,6 +98,11 @@ def fast_over_smith(v, l, u, f0, alpha):
     return evaluated("lobe_V_GGX_fast", x) / evaluated("lobe_V_GGX", x)
 
 
+def capped_over_smith(v, l, u, f0, alpha):
+    V = evaluated("lobe_V_GGX", {"NdotV": v, "NdotL": l, "alpha": alpha})
+    return np.minimum(V, 65504) / V
+
+
 def _schlick(c, f0):
     return f0 + (1 - f0) * (1 - np.clip(c, 0, 1)) ** 5
 

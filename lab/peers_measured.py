@@ -94,6 +94,23 @@ def _errors(peer: Peer, got: np.ndarray, exact: np.ndarray, inputs: dict[str, np
             "worst": {"inputs": worst, "got": float(got[point, channel]), "exact": float(exact[point, channel])}}
 
 
+def white(peer: Peer, context: gl.Context) -> float:
+    """The largest share of light that a white diffuse lobe gives back, over views and its shape's range: 1 is all."""
+    step = (np.arange(64) + 0.5) / 64
+    cosine, u, v, shape = (x.reshape(-1, 1) for x in np.meshgrid([1.0, 0.9, 0.75, 0.5, 0.25, 0.1, 0.03], step, step,
+                                                                 np.linspace(0, 1, 7), indexing="ij"))
+    L = [np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v), np.sqrt(1 - u)]  # cosine-distributed
+    inputs = {"N": np.broadcast_to([0.0, 0.0, 1.0], (len(u), 3)), "L": np.concatenate(L, -1),
+              "V": np.concatenate([np.sqrt(1 - cosine**2), 0 * u, cosine], -1), "albedo": np.ones((len(u), 3))}
+    inputs |= {p.name: p.low + shape * (p.high - p.low) for p in peer.function.parameters if p.kind == "float"}
+    shader = peer.shader()
+    with context:
+        got = gl.evaluate(context, shader.source, shader.call, shader.result,
+                          {name: x[None].astype(np.float32) for name, x in inputs.items()})
+    albedo = np.pi * got[:, 0].astype(np.float64).reshape(7, -1, 7).mean(1)
+    return float(albedo.max())
+
+
 # Guards. Ours keep every finite input finite, and lobes dark below the horizon; a peer is weighed with them, too.
 
 _ALPHA, _COLOUR = "clamp({}, 0.0, 1e3)", "max({}, 0.0)"
@@ -186,7 +203,7 @@ def _row(peer: Peer, context: gl.Context) -> dict:
             "domain": {p.name: [p.low, p.high] for p in peer.function.parameters
                        if p.kind not in ("direction", "half")},
             "error": found, "highlights": seen, "right": (seen or found)["off"] <= MOST_OFF, "beside": beside,
-            "cost": {}}
+            "white": white(peer, context) if peer.family == "diffuse" else None, "cost": {}}
 
 
 ROUNDING = 1e-6  # below it two forms are equally accurate

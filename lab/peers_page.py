@@ -51,8 +51,8 @@ def _wrong(result: dict) -> str:
         judged = row["highlights"] or row["error"]
         if row["origin"] == OURS or row["right"] and not row["note"].startswith("f90") and not judged["nonfinite"]:
             continue
-        found.append((_name(row), f"{100 * judged['off']:.2g} %", str(judged["nonfinite"] or ""), _worst(judged["worst"]),
-                      row["note"]))
+        found.append((_name(row), f"{100 * judged['off']:.2g} %", str(judged["nonfinite"] or ""),
+                      _worst(judged["worst"]), row["note"]))
     return _table("function | off by more than 1 % at | not finite at | worst input | what it is", found)
 
 
@@ -69,15 +69,16 @@ def _worst(worst: dict) -> str:
 
 
 def _units(result: dict) -> str:
-    found = ((_name(row), row["units"]) for row in result["results"] if row["units"])
-    return _table("function | its value, f in 1/sr", found)
+    found = ((_name(row), row["units"] or "f", f"{row['white']:.3f}") for row in result["results"] if row["white"])
+    return _table("function | its value, f in 1/sr | most that a white surface gives back", found)
 
 
 def _grey(result: dict) -> str:
-    found = [(_name(r), *(str(cycles(r, gpu, "grey")) for gpu in r["cost"]), _number(r["highlights"]["rms"]),
-              _number(r["highlights"]["p99"])) for r in result["results"] if r["highlights"]]
+    found = [(_name(r), *(str(cycles(r, gpu, "grey")) for gpu in r["cost"]), *(
+        _number(r["highlights"].get("approximation", r["highlights"])[k]) for k in ("rms", "p99")), r["formula"])
+        for r in result["results"] if r["highlights"]]
     gpus = " | ".join(f"{gpu}, cycles" for gpu in result["results"][0]["cost"])
-    return _table(f"lobe | {gpus} | rms error | 99 % within", found)
+    return _table(f"lobe | {gpus} | rms error | 99 % within | ", found)
 
 
 def _families(result: dict) -> str:
