@@ -94,21 +94,25 @@ def evaluate(
 
 @app.command()
 def reference(
-    what: Annotated[list[str], typer.Argument(metavar="SCENE.toml | LOBE...", help="A scene file (docs/scenes.md), or the "
-                                              "lobes that a material sums, e.g. lobe_Lambert lobe_GGX.")] = None,
-    scene: Annotated[Optional[str], typer.Option("--scene", help="The scene that shows the lobes, teapot-four where not "
-                                                 "given.")] = None,
-    size: Annotated[Optional[int], typer.Option("--size", min=1, max=1 << 16, help="Width of the picture, pixels; a scene "
-                                                "file keeps its shape.")] = None,
-    spp: Annotated[Optional[int], typer.Option("--spp", "--samples", min=1, max=1 << 24, help="Samples a pixel.")] = None,
+    what: Annotated[list[str], typer.Argument(metavar="SCENE.toml | LOBE...", help="A scene file (docs/scenes.md), or "
+                                              "the lobes that a material sums, e.g. lobe_Lambert lobe_GGX.")] = None,
+    scene: Annotated[Optional[str], typer.Option("--scene", help="The scene that shows the lobes, teapot-four where "
+                                                 "not given.")] = None,
+    size: Annotated[Optional[int], typer.Option("--size", min=1, max=1 << 16, help="Width of the picture, pixels; a "
+                                                "scene file keeps its shape.")] = None,
+    spp: Annotated[Optional[int], typer.Option("--spp", "--samples", min=1, max=1 << 24,
+                                               help="Samples a pixel.")] = None,
     seconds: Annotated[Optional[float], typer.Option("--seconds", min=0.0, help="Stop after this time.")] = None,
-    error: Annotated[Optional[float], typer.Option("--error", min=0.0, max=1.0, help="Stop when the standard error is less "
-                                                   "than this part of the mean.")] = None,
-    threads: Annotated[int, typer.Option("--threads", min=0, max=1024, help="0: one for each core. The picture is the same "
-                                         "for any number.")] = 0,
-    seed: Annotated[Optional[int], typer.Option("--seed", min=0, max=(1 << 53) - 1, help="Of the random numbers.")] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in --out, if there is one.")] = False,
-    strategy: Annotated[Optional[str], typer.Option("--strategy", help="mis, light or lobe: how light is found.")] = None,
+    error: Annotated[Optional[float], typer.Option("--error", min=0.0, max=1.0, help="Stop when the standard error is "
+                                                   "less than this part of the mean.")] = None,
+    threads: Annotated[int, typer.Option("--threads", min=0, max=1024, help="0: one for each core. The picture is the "
+                                         "same for any number.")] = 0,
+    seed: Annotated[Optional[int], typer.Option("--seed", min=0, max=(1 << 53) - 1,
+                                                help="Of the random numbers.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in --out, if there is "
+                                         "one.")] = False,
+    strategy: Annotated[Optional[str], typer.Option("--strategy", help="mis, light or lobe: how light is "
+                                                    "found.")] = None,
     settings: Settings = None,
     mesh: Mesh = None,
     metal: Metal = None,
@@ -125,7 +129,8 @@ def reference(
     files = [name for name in what or [] if name.endswith(".toml")]
     if files:
         if len(what) > 1:
-            raise InputError(f"reference {' '.join(what)}: expected one scene file, or lobes; a file has its own materials")
+            raise InputError(f"reference {' '.join(what)}: expected one scene file, or lobes; a file has its own "
+                             "materials")
         commands.refuse(built_in, f"{files[0]} says this itself")
         commands.render(Path(files[0]), size, spp, seconds, error, threads, seed, resume, strategy, out, json)
     else:

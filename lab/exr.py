@@ -1,7 +1,7 @@
 """
-OpenEXR files of several parts, written block by block. OpenEXR's own Python module wants every part of a file in memory
-at once, with copies: for a picture of 8k more than the renderer itself needs. The layout is that of "OpenEXR File Layout"
-(openexr.com), with ZIP compression; the tests read it with OpenEXR.
+OpenEXR files of several parts, written block by block. OpenEXR's own Python module wants every part of a file in
+memory at once, with copies: for a picture of 8k more than the renderer itself needs. The layout is that of "OpenEXR File
+Layout" (openexr.com), with ZIP compression; the tests read it with OpenEXR.
 """
 
 from __future__ import annotations

@@ -79,7 +79,8 @@ def remove_leftovers(path):
     """Removes what written_beside could not, when a process that wrote `path` was killed."""
     target = Path(path).resolve()
     for left in target.parent.glob(f".{glob.escape(target.name)}.*.*{glob.escape(target.suffix)}"):
-        process = re.fullmatch(r"(\d+)\.[0-9a-f]{8}", left.name[len(target.name) + 2 : len(left.name) - len(target.suffix)])
+        middle = left.name[len(target.name) + 2 : len(left.name) - len(target.suffix)]
+        process = re.fullmatch(r"(\d+)\.[0-9a-f]{8}", middle)
         if process and not Path(f"/proc/{process[1]}").exists():
             left.unlink(missing_ok=True)
 

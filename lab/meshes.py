@@ -168,7 +168,8 @@ def load_parts(path):
     path = Path(path)
     content = read_bytes(path)
     placed = _placed_geometries(path, content)
-    parts = [(_transformed(geometry, matrix), getattr(geometry.visual, "material", None)) for geometry, matrix in placed]
+    parts = [(_transformed(geometry, matrix), getattr(geometry.visual, "material", None))
+             for geometry, matrix in placed]
     parts = [(part, material) for part, material in parts if len(part.faces)]
     if not parts:
         raise InputError(f"{path}: has no triangles; export the mesh with its faces, not points or curves")

@@ -26,7 +26,8 @@ LAYER_BYTES = 3 * 8  # of a pixel, for each light
 COPIES = 2  # of the film: itself, and what is written or read of it
 MOST_SAMPLES = 1 << 24
 
-AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I", "primitive": "I"}
+AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I",
+        "primitive": "I"}  # names of channels
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,7 @@ class Rendering:
         self.render.set_target(budget.error or 0.0)
         started = saved = time.monotonic()
         spent, save_every, count = self.seconds, SAVE_SECONDS, 1
+        step(*self._progress(budget, 0.0))  # so that samples of an earlier run do not count as fast ones
         try:
             while not self._is_spent(budget, time.monotonic() - started):
                 count = min(count, (budget.spp or MOST_SAMPLES) - self.done)
@@ -219,8 +221,8 @@ def require_memory(scene: SceneFile, settings: Settings) -> None:
     needed, free = COPIES * each * settings.width * settings.height, free_memory()
     if needed > free:
         (scene.place / "film" / "width").fail(
-            f"{settings.width} x {settings.height} pixels need {needed / 2**30:.1f} GB, and {free / 2**30:.1f} GB are free; "
-            "choose a smaller picture" + (", or layers = false" if settings.layers else ""))
+            f"{settings.width} x {settings.height} pixels need {needed / 2**30:.1f} GB, and {free / 2**30:.1f} GB are "
+            "free; choose a smaller picture" + (", or layers = false" if settings.layers else ""))
 
 
 def free_memory() -> int:

@@ -341,9 +341,8 @@ class _Triangles:
             return 0.0
         a, b, c = (self.mesh.vertices[corner] - point for corner in self.mesh.faces.T)
         la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-        dot = lambda x, y: np.einsum("fi,fi->f", x, y)
-        volume = dot(a, np.cross(b, c))
-        angle = 2 * np.arctan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+        volume = _dot(a, np.cross(b, c))
+        angle = 2 * np.arctan2(volume, la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb)
         return float(angle.sum() / (4 * np.pi))
 
 
@@ -422,7 +421,9 @@ def _placed_meshes(parts: list[meshes.Mesh], thing: dict, place: Place, tangents
     """Meshes that belong together, fitted, scaled, turned and moved as one."""
     low = np.min([m.vertices.min(axis=0) for m in parts], axis=0)
     high = np.max([m.vertices.max(axis=0) for m in parts], axis=0)
-    center, factor = (np.zeros(3), 1.0) if thing["fit"] is None else ((low + high) / 2, thing["fit"] / (high - low).max())
+    center, factor = np.zeros(3), 1.0
+    if thing["fit"] is not None:
+        center, factor = (low + high) / 2, thing["fit"] / (high - low).max()
     linear = _rotation(thing["rotate"]) @ np.diag(np.array(thing["scale"]) * factor)
     moved = [(m.vertices - center) @ linear.T + thing["translate"] for m in parts]
     if thing["rest_on"] is not None:
@@ -450,7 +451,12 @@ def _flat(mesh: meshes.Mesh) -> meshes.Mesh:
     a, b, c = vertices.reshape(-1, 3, 3).transpose(1, 0, 2)
     normals = np.repeat(_unit(np.cross(b - a, c - a)), 3, axis=0)
     faces = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
-    return replace(mesh, vertices=vertices, faces=faces, normals=normals, uv=None if mesh.uv is None else mesh.uv[corners])
+    uv = None if mesh.uv is None else mesh.uv[corners]
+    return replace(mesh, vertices=vertices, faces=faces, normals=normals, uv=uv)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("fi,fi->f", a, b)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -461,8 +467,8 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def read_environment(file: Path) -> np.ndarray:
-    """A light probe, float32 [h, w, 3], latitude-longitude, not negative. InputError for what is none. Lossy compression
-    leaves some values below 0 beside bright lights: these become 0."""
+    """A light probe, float32 [h, w, 3], latitude-longitude, not negative. InputError for what is none. Lossy
+    compression leaves some values below 0 beside bright lights: these become 0."""
     header = files.exr_header(file)
     width, height = header["width"], header["height"]
     if width != 2 * height:

@@ -1,11 +1,10 @@
-"""What a scene file may hold: one table of keys, from which files are checked and the tables of docs/scenes.md written."""
+"""What a scene file may hold: one table of keys, from which files are checked and docs/scenes.md is written."""
 
 from __future__ import annotations
 
 import difflib
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -260,8 +259,8 @@ class LobeTable:
             (place / min(doubly)).fail("is also what metal says; give one of them")
         keys = tuple(parameter_key(p) for p in parameters if p.name not in filled)
         rest = {k: x for k, x in value.items() if k not in ("lobe", "metal")}
-        read = {k: x for k, x in read_table(rest, keys, place).items()}
-        return {"key": function.key, "parameters": read | {name: from_metal[name] for name in filled}}
+        parameters = read_table(rest, keys, place) | {name: from_metal[name] for name in filled}
+        return {"key": function.key, "parameters": parameters}
 
     def _function(self, name: str, given: set[str], place: Place) -> Function:
         known = lobes()
@@ -280,8 +279,8 @@ def lobes() -> dict[str, tuple[Function, ...]]:
 
 def header_range(function: str, parameter: str, width: int = 1) -> Number:
     """The range that a header of glsl/ states, for what is no lobe's parameter."""
-    (p,) = {q for f in catalogue.load().find(function) for q in f.parameters if q.name == parameter and q.width == width}
-    return _range(p)
+    known = {q for f in catalogue.load().find(function) for q in f.parameters}
+    return next(_range(q) for q in known if q.name == parameter and q.width == width)
 
 
 def _range(p: Parameter) -> Number:
@@ -349,16 +348,18 @@ def _schema() -> dict[str, Key]:
     place = (
         Key("fit", any_size, "centre the mesh's box at the origin and scale its longest side to this", None),
         Key("scale", Number(1e-6, 1e6, width=3, spread=True), "then scale", (1.0, 1.0, 1.0)),
-        Key("rotate", Number(-3600.0, 3600.0, width=3), "then turn around x, then y, then z", (0.0, 0.0, 0.0), "degrees"),
+        Key("rotate", Number(-3600.0, 3600.0, width=3), "then turn around x, then y, then z", (0.0, 0.0, 0.0),
+            "degrees"),
         Key("translate", vector(), "then move", (0.0, 0.0, 0.0)),
         Key("rest_on", Number(-LARGEST, LARGEST), "then move up or down until the lowest point has this y", None),
     )
     material = Key("material", Text(), "name of a material; a glTF mesh has its own where this is missing", None)
     return {key.name: key for key in (
         Key("film", Table((
-            Key("width", Number(1, 1 << 16, whole=True), "", 1280, "pixels"),
-            Key("height", Number(1, 1 << 16, whole=True), "", 720, "pixels"),
-            Key("exposure", Number(-20.0, 20.0), "of the PNG alone: its values are multiplied by 2 to this", 0.0, "stops"),
+            Key("width", Number(1, 1 << 16, whole=True), "of the picture; --size replaces it", 1280, "pixels"),
+            Key("height", Number(1, 1 << 16, whole=True), "of the picture; pixels are square", 720, "pixels"),
+            Key("exposure", Number(-20.0, 20.0), "of the PNG alone: its values are multiplied by 2 to this", 0.0,
+                "stops"),
             Key("layers", Flag(), "where there are several lights, write a part for each", True),
         )), "the picture", {}),
         Key("camera", Table((
@@ -403,11 +404,11 @@ def _schema() -> dict[str, Key]:
         Key("lights", List(Table((name,), {
             "rectangle": (Key("center", vector(), "of the rectangle"),
                           Key("target", vector(), "the point that it faces; it shines to that side only"),
-                          Key("size", Number(0.0, LARGEST, above=True, width=2), "width, level unless it faces straight "
-                              "up or down, when it is along x; and height"),
+                          Key("size", Number(0.0, LARGEST, above=True, width=2), "width, level unless it faces "
+                              "straight up or down, when it is along x; and height"),
                           Key("radiance", colour(), "of each point, in every direction", unit="W/(m² sr)")),
             "sphere": (Key("center", vector(), "of the sphere"),
-                       Key("radius", any_size, ""),
+                       Key("radius", any_size, "of the sphere"),
                        Key("radiance", colour(), "of each point, in every direction", unit="W/(m² sr)")),
             "point": (Key("position", vector(), "where it is; it cannot be seen"),
                       Key("intensity", colour(), "irradiance at distance 1, facing it", unit="W/sr")),
@@ -424,7 +425,7 @@ def schema() -> dict[str, Key]:
 
 
 def read(tables: dict, place: Place) -> dict:
-    """A scene file's tables, checked, with every default filled in: objects, lights and materials as lists and dicts."""
+    """A scene file's tables, checked, with every default filled in."""
     value = read_table(tables, tuple(schema().values()), place)
     for name, key in schema().items():
         if name not in tables and key.default == {} and isinstance(key.kind, Table):
