@@ -361,7 +361,7 @@ def render(path, size, spp, seconds, error, threads, seed, resume, strategy, out
     job = rendering.Rendering(scene, settings, out)
     for left in (job.picture, job.preview, job.checkpoint):
         files.remove_leftovers(left)
-    if resume and not job.resume():
+    if resume and not job.resume(budget):
         print(f"lobe: {job.checkpoint}: no checkpoint yet, begins a new one", file=sys.stderr)
     try:
         with progress() as step:

@@ -85,6 +85,7 @@ class Rendering:
         self.identity = f"{scene.identity}-{zlib.crc32(repr(settings).encode()):08x}"
         self.seconds = 0.0  # of rendering, all runs together
         self.done = 0  # samples of the pixels that have most
+        self.target = 0.0  # the error at which tiles have been finished for good, 0 where none have
         require_memory(scene, settings)
         try:
             self.render = reference.Render(
@@ -97,7 +98,8 @@ class Rendering:
 
     def advance(self, budget: Budget, step: Callable[[str, int, int], None]) -> None:
         """Adds samples until the budget is spent. Ctrl-C ends it between two passes, with a checkpoint written."""
-        self.render.set_target(budget.error or 0.0)
+        self.target = budget.error or 0.0
+        self.render.set_target(self.target)
         started = saved = time.monotonic()
         spent, save_every, count = self.seconds, SAVE_SECONDS, 1
         step(*self._progress(budget, 0.0))  # so that samples of an earlier run do not count as fast ones
@@ -141,12 +143,13 @@ class Rendering:
 
     def save(self) -> None:
         state = self.render.state()
-        head = {"scene": self.identity, "seconds": self.seconds, "samples": self.done, "crc": zlib.crc32(state)}
+        head = {"scene": self.identity, "seconds": self.seconds, "samples": self.done, "error": self.target,
+                "crc": zlib.crc32(state)}
         with files.written_beside(self.checkpoint) as temporary, open(temporary, "wb") as file:
             file.write(json.dumps(head).encode() + b"\n")
             file.write(state)
 
-    def resume(self) -> bool:
+    def resume(self, budget: Budget) -> bool:
         """Goes on from the checkpoint, if there is one."""
         if not self.checkpoint.exists():
             return False
@@ -155,11 +158,15 @@ class Rendering:
                 head, state = json.loads(file.readline(4096)), file.read()
             damaged = head["crc"] != zlib.crc32(state)
             identity, self.seconds, self.done = head["scene"], float(head["seconds"]), int(head["samples"])
+            reached = float(head["error"])
         except (OSError, ValueError, KeyError, TypeError):
-            damaged, identity = True, self.identity
+            damaged, identity, reached = True, self.identity, 0.0
         if identity != self.identity:
             raise InputError(f"{self.checkpoint}: belongs to another scene, size, seed or setting than "
                              f"{self.scene.path} has now; render without --resume to begin again")
+        if (budget.error or 0.0) < reached:
+            raise InputError(f"{self.checkpoint}: was rendered to an error of {reached:g}, where parts of it have "
+                             f"stopped; expected --error {reached:g} or more, or no --resume")
         try:
             if damaged:
                 raise ValueError

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import re
 from dataclasses import dataclass, field
 from functools import cache
@@ -158,8 +159,8 @@ class File:
         path = place.file.parent / value
         if path.suffix.lower() not in self.suffixes:
             place.fail(f"{_written(value)} ends with '{path.suffix}', expected {self.expected}")
-        if not path.is_file():
-            place.fail(f"{_written(value)}: no such file as {path}; paths start at the folder of the scene file")
+        if not os.path.isfile(path):
+            place.fail(f"{_written(value)}: no such file; paths start at the scene's folder, {place.file.parent}")
         return path
 
 

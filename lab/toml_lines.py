@@ -36,6 +36,8 @@ def load(path: Path) -> tuple[dict, dict[KeyPath, int]]:
     except tomllib.TOMLDecodeError as error:
         message, line = _placed(str(error), text)
         raise InputError(f"{path}:{line}: {message}; expected TOML, see toml.io") from None
+    except ValueError as error:  # Python reads no integers of more than 4300 digits
+        raise InputError(f"{path}: {error}; expected the tables of a scene") from None
     except RecursionError:
         raise InputError(f"{path}: nests too deeply, expected the tables of a scene") from None
 

@@ -307,6 +307,14 @@ def test_checkpoint_of_something_else_is_refused(lobe, tmp_path, change):
     assert before == {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
 
 
+@pytest.mark.parametrize("error, allowed", [(None, False), (0.05, False), (0.1, True), (0.2, True)])
+def test_what_has_stopped_at_an_error_goes_on_to_no_smaller_one(lobe, tmp_path, error, allowed):
+    lobe("s.toml", "--error", 0.1, "--spp", 16)
+    status, out, err = lobe("s.toml", "--spp", 32, "--resume", *(["--error", error] if error else []))
+    assert status == (0 if allowed else 2)
+    assert allowed or ("rendered to an error of 0.1" in err and err.count("\n") == 1)
+
+
 @pytest.mark.parametrize("damage", [
     lambda b: b[:-1], lambda b: b"", lambda b: b"\n", lambda b: b[:-9] + bytes([b[-9] ^ 1]) + b[-8:],
     lambda b: b"{}" + b[b.index(b"\n"):], lambda b: b"\x80" * 100])

@@ -175,6 +175,8 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, inf, 5.0]", "eye", ["camera.eye", "out of range"]),
     ("eye = [0.0, 0.0, 5.0]", "eye = 5.0", "eye", ["camera.eye: 5.0, expected [3 numbers]"]),
     ("eye = [0.0, 0.0, 5.0]", f"eye = [0, {EXTREME}, 0]", "eye", ["camera.eye", "out of range"]),
+    ("eye = [0.0, 0.0, 5.0]", f"eye = [0, {EXTREME * 20}, 0]", None, ["4300"]),
+    ("eye = [0.0, 0.0, 5.0]", "eye = [0, 1979-05-27, 0]", "eye", ["camera.eye", "expected [3 numbers]"]),
     ("eye = [0.0, 0.0, 5.0]", "", "[camera]", ["camera: has no eye"]),
     ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, 0.0, 0.5]", "eye", ["camera.eye: lies inside of sphere"]),
     ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, 0.0, 0.0]", "eye", ["camera.eye: lies inside of sphere"]),
@@ -217,12 +219,17 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("size = [1.0, 1.0]", "size = [1.0, 0.0]", "size", ["lights[1].size", "above 0"]),
     ("size = [1.0, 1.0]", "size = [1.0]", "size", ["lights[1].size", "[2 numbers]"]),
     ("radiance = [10.0, 9.0, 8.0]", "radiance = -1", "radiance", ["lights[1].radiance: -1 is out of range"]),
+    ('type = "rectangle"\ncenter = [0.0, 4.0, 2.0]\ntarget = [0.0, 0.0, 0.0]\nsize = [1.0, 1.0]\nradiance = [10.0, 9.0, 8.0]',
+     'type = "directional"\ndirection = [0, 0, 0]\nirradiance = 1', "[[lights]]", ["lights[1]: ", "null vector"]),
     ("radiance = [10.0, 9.0, 8.0]", "radiance = 0", "[[lights]]", ["lights[1]: shines not at all"]),
     ("target = [0.0, 0.0, 0.0]\nsize", "target = [0.0, 4.0, 2.0]\nsize", "target = [0.0, 4.0, 2.0]", ["lights[1].target"]),
     ("color = 1.0", "", "[environment]", ["environment: expected either file or color"]),
     ("color = 1.0", 'color = 1.0\nfile = "probe.exr"', "[environment]", ["environment: expected either file or color"]),
     ("color = 1.0", "color = 0.0", "[environment]", ["environment: has no energy"]),
     ("color = 1.0", 'file = "none.exr"', "file", ["environment.file", "no such file"]),
+    ("color = 1.0", f'file = "{"x" * 5000}.exr"', "file", ["environment.file", "no such file"]),
+    ("color = 1.0", 'file = "folder.exr"', "file", ["environment.file", "no such file"]),
+    ("color = 1.0", 'file = "text.exr"', "file", ["environment.file", "is not an OpenEXR file"]),
     ("color = 1.0", 'file = "probe.png"', "file", ["environment.file", "ends with '.png'"]),
     ("color = 1.0", 'file = "nan.exr"', "file", ["environment.file", "row 1, column 2 is (nan,", "finite"]),
     ("color = 1.0", 'file = "negative.exr"', "file", ["environment.file", "row 0, column 3 is (1, -1, 1)", "below 0"]),
@@ -271,6 +278,8 @@ def inputs(tmp_path):
     window = content.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
     absurd = np.array([0, 0, 2**31 - 2, 2**30 - 2], "<i4").tobytes()
     (tmp_path / "absurd.exr").write_bytes(content[:window] + absurd + content[window + 16 :])
+    (tmp_path / "folder.exr").mkdir()
+    (tmp_path / "text.exr").write_text("no picture")
     (tmp_path / "probe.png").write_bytes(b"\x89PNG")
     return tmp_path
 
