@@ -217,6 +217,19 @@ def F_Hall(cosI, f0, eta0):
     return [mpf(f) + (1 - mpf(f)) * shift for f in f0]
 
 
+def F_Schlick_fast(cosI, f0):
+    """Lagarde 2012: the fifth power of Schlick's 1 - cosI as a power of two."""
+    c = min(max(mpf(cosI), mpf(0)), mpf(1))
+    return [mpf(f) + (1 - mpf(f)) * mp.power(2, (mpf("-5.55473") * c - mpf("6.98316")) * c) for f in f0]
+
+
+def F_conductor_fast(cosI, eta, k):
+    """Lazanyi, Szirmay-Kalos 2005, eq. 4: the exact values at both ends, Schlick's fifth power between."""
+    c = min(max(mpf(cosI), mpf(0)), mpf(1))
+    between = lambda n, x: ((n - 1) ** 2 + 4 * n * (1 - c) ** 5 + x**2) / ((n + 1) ** 2 + x**2)
+    return [between(mpf(n), mpf(x)) for n, x in zip(eta, k)]
+
+
 # Directions
 
 def mirrored(N, V):
@@ -316,6 +329,11 @@ def V_GGX_fast(NdotV, NdotL, alpha):
     NdotV, NdotL, alpha = mpf(NdotV), mpf(NdotL), mpf(alpha)
     mixed = (1 - alpha) * 2 * NdotL * NdotV + alpha * (NdotL + NdotV)
     return 1 / (2 * mixed) if mixed else mp.inf
+
+
+def D_GGX_half(N, H, alpha):
+    """No more than half precision holds; of a null half vector nothing."""
+    return min(D_GGX_vectors(N, H, alpha), mpf(65504)) if any(H) else mpf(0)
 
 
 def slopes(x, y, z):
@@ -473,7 +491,24 @@ def V_Kelemen_of_lobe(N, V, L, alpha):
     return V_Kelemen_vectors(V, L)
 
 
+def V_Neumann(NdotV, NdotL):
+    """Neumann et al. 1999: over the larger cosine alone."""
+    larger = max(mpf(NdotV), mpf(NdotL))
+    return 1 / (4 * larger) if larger > 0 else mp.inf
+
+
 # Powers of a cosine
+
+def pow_Gaussian(s, exponent):
+    """e^-x for (1 - x/n)^n, x = n (1 - s)."""
+    return mp.exp(-max(mpf(exponent), mpf(0)) * (1 - min(max(mpf(s), mpf(0)), mpf(1))))
+
+
+def pow_Schlick(s, h):
+    """Schlick 1994, section 2; 0 at s = 0."""
+    s, h = min(max(mpf(s), mpf(0)), mpf(1)), max(mpf(h), mpf(0))
+    return s / (h - h * s + s) if s else mpf(0)
+
 
 def D_BlinnPhong(NdotH, exponent):
     """Blinn 1977, scaled to the projected area of the surface."""
@@ -671,6 +706,8 @@ ORACLE = {
     "lobe_F_F82(float,vec3,vec3)": F_F82,
     "lobe_F_F82_tint(float,vec3,vec3)": F_F82_tint,
     "lobe_F_Hall(float,vec3,float)": F_Hall,
+    "lobe_F_Schlick_fast(float,vec3)": F_Schlick_fast,
+    "lobe_F_conductor_fast(float,vec3,vec3)": F_conductor_fast,
     "lobe_f0(float)": f0_of_eta,
     "lobe_f0(float,float)": f0_of_index,
     "lobe_f0(vec3,vec3)": lambda eta, k: [f0_of_index(*index) for index in zip(eta, k)],
@@ -679,6 +716,7 @@ ORACLE = {
     "lobe_cos_critical(float)": cos_critical,
     "lobe_D_GGX(float,float)": D_GGX,
     "lobe_D_GGX(vec3,vec3,float)": D_GGX_vectors,
+    "lobe_D_GGX_half(vec3,vec3,float)": D_GGX_half,
     "lobe_D_GGX_aniso(float,float,float,float,float)": D_GGX_aniso,
     "lobe_G1_GGX(float,float)": G1_GGX,
     "lobe_G2_GGX(float,float,float)": G2_GGX,
@@ -691,6 +729,7 @@ ORACLE = {
     "lobe_GGX_Kelemen(vec3,vec3,vec3,vec3,float)": microfacet(D_GGX_vectors, V_Kelemen_of_lobe),
     "lobe_GGX_aniso(vec3,vec3,vec3,vec3,vec3,float,float)": GGX_aniso,
     "lobe_GGX_conductor(vec3,vec3,vec3,vec3,vec3,float)": microfacet(D_GGX_vectors, of_cosines(V_GGX), F_conductor_rgb),
+    "lobe_GGX_fast(vec3,vec3,vec3,vec3,float)": microfacet(D_GGX_vectors, of_cosines(V_GGX_fast)),
     "lobe_pdf_GGX(vec3,vec3,vec3,float)": pdf_GGX,
     "lobe_sample_GGX(vec3,vec3,vec3,float,vec2)": sample_GGX,
     "lobe_D_Beckmann(float,float)": D_Beckmann,
@@ -706,6 +745,9 @@ ORACLE = {
     "lobe_V_Vgroove(float,float,float,float)": V_Vgroove,
     "lobe_V_Kelemen(float)": V_Kelemen,
     "lobe_V_Kelemen(vec3,vec3)": V_Kelemen_vectors,
+    "lobe_V_Neumann(float,float)": V_Neumann,
+    "lobe_pow_Gaussian(float,float)": pow_Gaussian,
+    "lobe_pow_Schlick(float,float)": pow_Schlick,
     "lobe_D_BlinnPhong(float,float)": D_BlinnPhong,
     "lobe_D_BlinnPhong(vec3,vec3,float)": D_BlinnPhong_vectors,
     "lobe_Phong(vec3,vec3,vec3,vec3,float)": Phong,
