@@ -21,8 +21,11 @@
 //   gold's red is 1.022.
 // * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and
 //   |N x H|^2, and D of a null H.
-// * V = N, L = N, N.H = 1 + 1 ulp: ordinary inputs, since nothing is divided by a sine.
+// * V = N, L = N: ordinary inputs, since nothing is divided by a sine. A cosine above 1, such as N.H = 1 + 1 ulp, is 1.
 // * eta = 1: F = 0 and T = 1 at every angle, grazing included, since there is no interface.
+// * k = 0: a conductor is a dielectric.
+// * Directions off unit length are taken as they come: nothing here normalises again. 1e-4 too long or too short costs
+//   less than 1 % for 99 of 100 directions, more where V and L are nearly opposite (docs/stability.md has each function).
 // * f0 >= 1 belongs to no eta: lobe_eta takes it for 1 - 2^-24.
 #ifndef LOBE_CORE_GLSL
 #define LOBE_CORE_GLSL

@@ -55,6 +55,22 @@ def compare(
                      glsl or [], call, against, units, keep, out, json)
 
 
+@app.command()
+def stability(
+    function: Annotated[list[str], typer.Option("--function", help="Only this function or file (repeatable).")] = None,
+    context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
+    points: Annotated[int, typer.Option("--points", min=64, max=1 << 24, help="Random inputs a function.")] = 1 << 20,
+    only: Annotated[list[str], typer.Option("--only", help="cases, random, policy, symmetry, limit, integral, 'off unit' "
+                                            "or chart (repeatable).")] = None,
+    out: Out = Path("out"),
+    json: Json = None,
+):
+    """Test every function where formulas fail: singular sets, exact cases, degenerate inputs, symmetries, integrals."""
+    from . import commands
+
+    commands.stability(function or [], context, points, only or [], out, json)
+
+
 @app.command(name="list")
 def list_(names: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,
           json: Json = None):

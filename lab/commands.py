@@ -215,6 +215,31 @@ def compile_message(error: gl.CompileError, glsl: list[Path], function: Function
     return f"the shader does not compile: {error.message}"
 
 
+def stability(names: list[str], context: str, points: int, only: list[str], out: Path, json: str | None) -> None:
+    from . import stability as suite
+    from . import stability_chart, stability_report
+    from .progress import progress
+
+    library = catalogue.load()
+    functions = measured(library, names)
+    for name in only:
+        if name not in (*suite.SUITES, "chart"):
+            raise InputError(f"--only {name}: expected one of {', '.join((*suite.SUITES, 'chart'))}")
+    output_places(out, json)
+    drivers = tuple(suite.Driver(name, gl.create_context(name)) for name in contexts(context))
+    with progress() as step:
+        outcome = suite.run(library, functions, drivers, points, tuple(only) or suite.SUITES, step)
+        drawn = not only and not names or "chart" in only
+        curves = stability_chart.measured(library, drivers[0].context) if drawn else []
+    page = stability_report.write(outcome, curves, out, points)
+    if json:
+        files.write_json(json, {"schema": SCHEMA, "results": outcome.rows})
+    if json != "-":
+        print(stability_report.summary(outcome))
+        print(f"page: {page}")
+    sys.exit(0 if outcome.passed else 1)
+
+
 def list_functions(names: list[str], json: str | None) -> None:
     from rich.console import Console
     from rich.table import Table

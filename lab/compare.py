@@ -306,7 +306,8 @@ def _row(case: Case, shader: Shader, context: gl.Context, got: np.ndarray, units
 
 
 def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) -> np.ndarray:
-    """Where a failed value is right for the other side of a jump of the function, nearer than 2^-22 to the input."""
+    """Where a failed value is right for the other side of a jump of the function, nearer than 2^-22 to the input, or of
+    the edge of the region where it is 0."""
     undecided = np.zeros_like(failed)
     lights = next(iter(case.inputs.values())).shape[0]
     packed = rows(case.function, case.inputs).reshape(lights, len(got), -1)
@@ -314,12 +315,28 @@ def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) ->
         for light in range(lights):
             here, here_unit = _valued(case.function, packed[light, n][None])
             weight = 1.0 if case.weights is None else case.weights[light, n, : got.shape[1]]
-            for there, unit in zip(*_valued(case.function, _behind_jumps(case.function.key, packed[light, n]))):
+            behind = _behind_jumps(case.function.key, packed[light, n])
+            if len(behind) == 0 and not here.any():
+                edge = weight * _edge_unit(case.function, packed[light, n])
+                undecided[n] |= failed[n] & (got[n] >= 0) & (np.abs(got[n] - case.reference.value[n]) <= allowed * edge)
+            for there, unit in zip(*_valued(case.function, behind)):
                 expected = case.reference.value[n] + weight * (there - here[0])
                 close = np.abs(got[n] - expected) <= allowed * (case.reference.unit[n] + weight * (unit - here_unit[0]))
                 close |= (np.abs(expected) < SMALLEST_REFERENCE) & (got[n] >= 0) & (got[n] <= 2 * SMALLEST_REFERENCE)
                 undecided[n] |= failed[n] & close
     return undecided
+
+
+def _edge_unit(function: Function, x: np.ndarray) -> np.ndarray:
+    """What follows K within 2^-22 of arguments at which a function is 0, [k]: past the edge of where it is 0 (beyond the
+    critical angle, say) it may rise at once, and there alone the condition number tells of it."""
+    beside = x + _steps(x)
+    return _unit(function, reference.evaluate(function.key, beside), _condition(function, beside)).max(0)
+
+
+def _steps(x: np.ndarray) -> np.ndarray:
+    """2^-22 along each component of arguments, to both sides."""
+    return np.concatenate([np.eye(len(x)), -np.eye(len(x))]) * JUMP_DISTANCE * np.maximum(1.0, np.abs(x))
 
 
 def _valued(function: Function, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -334,9 +351,8 @@ def _behind_jumps(key: str, x: np.ndarray) -> np.ndarray:
 
     Bisection keeps the half in which the value changes more. A smooth change shrinks with the interval; a jump stays.
     """
-    size = len(x)
-    steps = np.concatenate([np.eye(size), -np.eye(size)]) * JUMP_DISTANCE * np.maximum(1.0, np.abs(x))
-    near, far = np.repeat(x[None], 2 * size, 0), x + steps
+    steps = _steps(x)
+    near, far = np.repeat(x[None], len(steps), 0), x + steps
     f_near, f_far = reference.evaluate(key, near), reference.evaluate(key, far)
     whole = np.abs(f_far - f_near).max(-1)
     for _ in range(40):

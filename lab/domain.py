@@ -11,7 +11,7 @@ Inputs = dict[str, np.ndarray]  # parameter name -> float32 [n, width]
 
 # How near to a singular set the logarithmic strata reach, relative to the range. Cosines of directions keep farther
 # away: a horizon nearer than float32 resolves only makes undecided points.
-_NEAREST, _NEAREST_HORIZON = 1e-7, 1e-6
+NEAREST, NEAREST_HORIZON = 1e-7, 1e-6
 
 
 def sample(function: Function, count: int, seed: int) -> Inputs:
@@ -27,10 +27,10 @@ def sample(function: Function, count: int, seed: int) -> Inputs:
             inputs[p.name] = V + L if {"V", "L"} <= names else _halves(rng, N)
         else:
             inputs[p.name] = np.stack([_scalar(rng, count, p) for _ in range(p.width)], axis=-1)
-    return {name: _rounded(x, function.parameter(name)) for name, x in inputs.items()}
+    return {name: rounded(x, function.parameter(name)) for name, x in inputs.items()}
 
 
-def _rounded(x: np.ndarray, parameter: Parameter) -> np.ndarray:
+def rounded(x: np.ndarray, parameter: Parameter) -> np.ndarray:
     """To float32 without leaving the range."""
     x = x.astype(np.float32)
     if parameter.kind in ("direction", "half"):
@@ -46,7 +46,7 @@ def _strata(rng: np.random.Generator, count: int) -> np.ndarray:
     return (rng.permutation(count) + rng.random(count)) / count
 
 
-def _unit(rng: np.random.Generator, count: int, nearest: float = _NEAREST) -> np.ndarray:
+def _unit(rng: np.random.Generator, count: int, nearest: float = NEAREST) -> np.ndarray:
     """Numbers in [0, 1]: half uniform, a quarter logarithmically near 0, a quarter near 1, the ends themselves."""
     u = _strata(rng, count)
     near = nearest ** ((4 * u) % 1)  # 1 .. nearest
@@ -62,7 +62,7 @@ def _scalar(rng: np.random.Generator, count: int, p: Parameter) -> np.ndarray:
     x = p.low + u * (p.high - p.low)
     for critical in (0.0, 1.0):  # where a factor such as eta - 1 changes its sign
         if p.low < critical < p.high:
-            near = critical + rng.choice([-1.0, 1.0], count) * _NEAREST ** rng.random(count)
+            near = critical + rng.choice([-1.0, 1.0], count) * NEAREST ** rng.random(count)
             x = np.where(rng.random(count) < 0.2, np.clip(near, p.low, p.high), x)
     return x
 
@@ -83,7 +83,7 @@ def _tilted(N: np.ndarray, T: np.ndarray, cosine: np.ndarray, azimuth: np.ndarra
 
 def _anywhere(rng: np.random.Generator, N: np.ndarray, T: np.ndarray, below: float) -> np.ndarray:
     """Directions at stratified cosines from N, a part `below` of them below the horizon."""
-    cosine = np.clip(_unit(rng, len(N), _NEAREST_HORIZON), _NEAREST_HORIZON, 1.0)
+    cosine = np.clip(_unit(rng, len(N), NEAREST_HORIZON), NEAREST_HORIZON, 1.0)
     side = np.where(rng.random(len(N)) < below, -1.0, 1.0)
     return _tilted(N, T, cosine * side, rng.uniform(0, 2 * np.pi, len(N)))
 
@@ -91,7 +91,7 @@ def _anywhere(rng: np.random.Generator, N: np.ndarray, T: np.ndarray, below: flo
 def _nearby(rng: np.random.Generator, v: np.ndarray) -> np.ndarray:
     """Directions at logarithmically distributed angles from v."""
     offset = rng.normal(size=v.shape)
-    return geometry.normalize(v + offset * (_NEAREST ** rng.random(len(v)))[:, None])
+    return geometry.normalize(v + offset * (NEAREST ** rng.random(len(v)))[:, None])
 
 
 def _frames(rng: np.random.Generator, count: int, below: float) -> tuple[np.ndarray, ...]:

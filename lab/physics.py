@@ -9,7 +9,7 @@ identities.py lists what holds between functions.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import product
@@ -58,13 +58,12 @@ class Measure:
 
 @dataclass(frozen=True)
 class Demand:
-    """One demand on one function, or on what an identity holds together: `measure(shade)` gives its Measure."""
+    """One demand on a function: `measure(shade)` gives its Measure."""
 
     kind: str  # symmetry, limit or integral
-    name: str
-    subject: str  # the function's label, or the identity
-    functions: tuple[Function, ...]  # that it is about; the first owns it
-    measure: object
+    name: str  # of what is demanded, or the identity
+    function: Function
+    measure: Callable[[Shades], Measure]
 
 
 class Shades:
@@ -297,26 +296,25 @@ def weak_furnace(library: Catalogue, function: Function, shade: Shades) -> Measu
 
 def demands(library: Catalogue, functions: tuple[Function, ...]) -> Iterator[Demand]:
     """Whatever is demanded of some functions."""
-    label = library.label
     for f in functions:
         names = {p.name for p in f.parameters}
         if f.reciprocal == "yes":
-            yield Demand("symmetry", "reciprocity", label(f), (f,), partial(reciprocity, f))
+            yield Demand("symmetry", "reciprocity", f, partial(reciprocity, f))
         if {"N", "V", "L"} <= names:
-            yield Demand("symmetry", "rotation", label(f), (f,), partial(rotation, f))
+            yield Demand("symmetry", "rotation", f, partial(rotation, f))
         if is_fraction(f):
-            yield Demand("limit", "not above 1", label(f), (f,), partial(fraction, f))
+            yield Demand("limit", "not above 1", f, partial(fraction, f))
         if f.energy:
-            yield Demand("integral", "energy", label(f), (f,), partial(energy, f))
+            yield Demand("integral", "energy", f, partial(energy, f))
         if f.normalised == "yes":
-            yield Demand("integral", "projected area", label(f), (f,), partial(projected_area, f))
+            yield Demand("integral", "projected area", f, partial(projected_area, f))
         if re.match("lobe_(G1|pdf)_", f.name):
-            yield Demand("integral", "weak white furnace", label(f), (f,), partial(weak_furnace, library, f))
+            yield Demand("integral", "weak white furnace", f, partial(weak_furnace, library, f))
     for first, other in overload_pairs(library):
-        if {first, other} & set(functions):
-            yield Demand("symmetry", f"as {other.key}", first.key, (first, other), partial(overloads, first, other))
+        if owner := next((f for f in (first, other) if f in functions), None):
+            yield Demand("symmetry", "overloads agree", owner, partial(overloads, first, other))
     for kind, lines, measure in (("limit", identities.LIMITS, limit), ("integral", identities.ALBEDOS, equal_albedo)):
         for line in existing(library, lines):
-            owners = tuple(named(library, line))
-            if set(owners) & set(functions):
-                yield Demand(kind, "identity", line, owners, partial(measure, library, line))
+            owner = next((f for f in named(library, line) if f in functions), None)
+            if owner:
+                yield Demand(kind, line, owner, partial(measure, library, line))

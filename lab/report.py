@@ -7,6 +7,7 @@ import importlib.metadata
 import os
 import platform
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,14 +29,15 @@ CHANNELS = {1: ("",), 2: ("x", "y"), 3: ("R", "G", "B")}
 
 def write(outcome: Outcome, plan: Plan, out: Path) -> Path:
     """Writes index.html, which needs no other file, into the folder `out` and returns its path."""
-    template = _environment().get_template("report.html.j2")
+    template = environment().get_template("report.html.j2")
     entries = [_entry(outcome, plan, function) for function in plan.functions]
     entries = [entry for entry in entries if entry.rows]
     page = Path(out) / "index.html"
     files.write_text(page, template.render(
         outcome=outcome, plan=plan, entries=entries, groups=_groups(entries), totals=_totals(outcome, entries),
         failures=_failures(outcome), versions=_versions(), machine=_machine(),
-        date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures))
+        date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures,
+        stability=(Path(out) / "stability.html").is_file()))
     return page
 
 
@@ -45,7 +47,7 @@ def summary(outcome: Outcome) -> str:
     for row in outcome.rows:
         by_function.setdefault(row["function"], []).append(row)
     header = ("function", "kind", "comparisons", "pixels", "worst/allowed", "where", "result")
-    table = _aligned([header, *(_summary_line(name, rows) for name, rows in by_function.items())], right=(2, 3, 4))
+    table = aligned([header, *(_summary_line(name, rows) for name, rows in by_function.items())], right=(2, 3, 4))
     failing = sum(any(not r["pass"] for r in rows) for rows in by_function.values())
     verdict = (f"{failing} of {len(by_function)} functions OUT OF TOLERANCE" if failing
                else f"all {len(by_function)} functions within tolerance")
@@ -135,7 +137,8 @@ def exact(values) -> str:
     return ", ".join(number(x, 9) for x in np.atleast_1d(values))
 
 
-def _aligned(lines: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
+def aligned(lines: list[tuple[str, ...]], right: Collection[int]) -> list[str]:
+    """Lines of a table for the terminal, the columns in `right` aligned to the right."""
     widths = [max(map(len, column)) for column in zip(*lines)]
     return ["  ".join(text.rjust(w) if i in right else text.ljust(w) for i, (text, w) in enumerate(zip(line, widths)))
             .rstrip() for line in lines]
@@ -464,10 +467,11 @@ def _machine() -> str:
     return f"{model[1] if model else platform.machine()}, {os.cpu_count()} threads, {platform.platform(terse=True)}"
 
 
-def _environment() -> jinja2.Environment:
+def environment() -> jinja2.Environment:
+    """Of the templates beside this file."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
-                                     undefined=jinja2.StrictUndefined)
-    environment.filters |= {"number": number, "reason": reason, "ratio": ratio, "where": _where, "safe": safe,
-                            "library_label": _library_label}
-    return environment
+    found = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                               undefined=jinja2.StrictUndefined)
+    found.filters |= {"number": number, "reason": reason, "ratio": ratio, "where": _where, "safe": safe,
+                      "library_label": _library_label}
+    return found
