@@ -119,6 +119,7 @@ class Peer:
     narrowed: tuple[tuple[str, float, float], ...] = ()  # parameters with limits of its own: name, low, high
     own: tuple[str, ...] = ()  # parameters that it guards itself as we do
     beside: tuple[str, ...] | None = None  # those of ours that it stands beside; None: `like` and its approximations
+    fit: bool = False  # whether it is fitted to an integral: then it is right farther off
     note: str = ""
 
     @property
@@ -163,7 +164,8 @@ def ours(key: str, family: str = "") -> Peer:
     (function,) = library.find(key)
     stated, types = function.approximation, _types(function)
     term = [f.key for f in library.functions if stated and f.name == stated.name and _types(f) == types]
-    return Peer(OURS, library.label(function), family, function.key, function.call, stands_for="".join(term))
+    return Peer(OURS, library.label(function), family, function.key, function.call, stands_for="".join(term),
+                fit=bool(stated) and stated.name == catalogue.EXACT)
 
 
 def _types(function: Function) -> list[str]:
@@ -269,7 +271,7 @@ _TABLE = (
 
     _L("GGX(float,float)", "distribution", D_COSINE, "GGX(NdotH, alpha)", narrowed=_ALPHA),
     _L("GGX(vec3,vec3,float,float)", "distribution", D_VECTORS, "GGX(vec3(0.0), vec3(0.0), NdotH, alpha)",
-       narrowed=_ALPHA, note="uses its vectors on mobile and WebGL only"),
+       narrowed=_ALPHA, note="forms 1 - NdotH^2, and uses its vectors on mobile and WebGL only"),
     _L("GGX(vec3,vec3,float,float), mobile", "distribution", D_VECTORS, "GGX(N, unitH, NdotH, alpha)", setting=MOBILE,
        narrowed=_ALPHA, exact=exactly.capped(D_VECTORS, 65504.0), formula="min(D, 65504)"),
     _L("beckmann", "distribution", "lobe_D_Beckmann(float,float)", "beckmann(NdotH, alpha)", narrowed=_ALPHA),
@@ -341,15 +343,17 @@ _TABLE = (
        note="its terms, put together as its nodes do, without their compensation of energy"),
     _M("mx_generalized_schlick_bsdf", "specular", GGX, "peer_GGX(N, V, L, X, f0, alpha)", factor="(1.0 / dot(N, L))",
        units="NdotL f", adapter=_MATERIALX_NODE, narrowed=(("alpha", 0.01, 1.0),), exact=exactly.compensated_ggx,
-       formula="lobe_GGX (1 + F (1 - E) / E)", beside=()),
+       formula="lobe_GGX (1 + F (1 - E) / E)", beside=(), fit=True),
 
-    _L("envBRDFApprox", "albedo", "lobe_DFG_GGX", "envBRDFApprox(NdotV, perceptual)"),
+    _L("envBRDFApprox", "albedo", "lobe_DFG_GGX", "envBRDFApprox(NdotV, perceptual)", fit=True),
     _T("EON_DirectionalAlbedo", "albedo", "lobe_albedo_EON", "EON_DirectionalAlbedo(albedo, roughness, NdotV)",
        setting=_EON),
     _M("mx_ggx_dir_albedo_analytic", "albedo", "lobe_DFG_GGX",
-       "mx_ggx_dir_albedo_analytic(NdotV, alpha, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)).xy"),
-    _M("mx_ggx_dir_albedo, white", "albedo", "lobe_albedo_GGX", "mx_ggx_dir_albedo(NdotV, alpha, 1.0, 1.0)"),
-    _M("mx_ggx_energy_compensation", "albedo", "lobe_energy_Turquin", "mx_ggx_energy_compensation(NdotV, alpha, f0)"),
+       "mx_ggx_dir_albedo_analytic(NdotV, alpha, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)).xy", fit=True),
+    _M("mx_ggx_dir_albedo, white", "albedo", "lobe_albedo_GGX", "mx_ggx_dir_albedo(NdotV, alpha, 1.0, 1.0)",
+       fit=True),
+    _M("mx_ggx_energy_compensation", "albedo", "lobe_energy_Turquin", "mx_ggx_energy_compensation(NdotV, alpha, f0)",
+       fit=True),
     _M("mx_oren_nayar_compensated_diffuse_dir_albedo", "albedo", "lobe_albedo_EON",
        "mx_oren_nayar_compensated_diffuse_dir_albedo(NdotV, roughness, albedo)"),
 )

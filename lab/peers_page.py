@@ -53,7 +53,7 @@ def _wrong(result: dict) -> str:
             continue
         found.append((_name(row), f"{100 * judged['off']:.2g} %", str(judged["nonfinite"] or ""),
                       _worst(judged["worst"]), row["note"]))
-    return _table("function | off by more than 1 % at | not finite at | worst input | what it is", found)
+    return _table("function | off at | not finite at | worst input | what it is", found)
 
 
 def _worst(worst: dict) -> str:
