@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import re
 import sys
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from .paths import ROOT
 from .scene_schema import REQUIRED, Key, List, Named, Table
 
 PAGE, SCENES, FIGURES = ROOT / "docs" / "scenes.md", ROOT / "examples" / "scenes", ROOT / "docs" / "figures"
+OUT = ROOT / "out" / "scenes"
 ORDER = ("gold-teapot", "clay-bunny", "plastic-suzanne", "glass-sphere", "brushed-disc", "furnace")
 THUMBNAIL = (320, 180)
 _BLOCK = re.compile(r"(<!-- keys -->\n).*(<!-- /keys -->)", re.S)
@@ -84,12 +83,11 @@ def main(arguments: list[str]) -> None:
 
 
 def draw(name: str) -> None:
-    """The picture of a scene, by the samples that its file asks for."""
+    """The picture of a scene, by the samples that its file asks for. Goes on where it was stopped."""
     from . import commands
 
-    with tempfile.TemporaryDirectory() as folder:
-        commands.render(SCENES / f"{name}.toml", None, None, None, None, 0, None, False, None, Path(folder), None)
-        files.write_bytes(FIGURES / f"scene-{name}.png", (Path(folder) / f"{name}.png").read_bytes())
+    commands.render(SCENES / f"{name}.toml", None, None, None, None, 0, None, True, None, OUT, None)
+    files.write_bytes(FIGURES / f"scene-{name}.png", (OUT / f"{name}.png").read_bytes())
 
 
 def draw_thumbnails() -> None:

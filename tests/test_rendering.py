@@ -396,8 +396,8 @@ PEAK = ("import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=Tr
 
 def test_memory_stays_below_three_films(tmp_path):
     (tmp_path / "s.toml").write_text(SCENE)
-    small, large = (peak(tmp_path, "s.toml", "--size", size, "--spp", 1) for size in (96, 1536))
-    pixels = 1536 * 1024 - 96 * 64
+    small, large = (peak(tmp_path, "s.toml", "--size", size, "--spp", 1) for size in (96, 1056))
+    pixels = 1056 * 704 - 96 * 64
     film = (rendering.FILM_BYTES + 3 * rendering.LAYER_BYTES) * pixels
     print(f"{(large - small) / pixels:.0f} bytes a pixel, {(large - small) / film:.2f} films")
     assert large - small < 3 * film

@@ -140,7 +140,7 @@ def numbers(value, path=()):
 
 
 @given(documents())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_every_value_is_found_on_its_line(tmp_path_factory, text):
     path = tmp_path_factory.getbasetemp() / "lines.toml"
     path.write_bytes(text.encode() or b"\n")
