@@ -402,8 +402,8 @@ def render(path, size, spp, seconds, error, threads, seed, resume, strategy, out
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": [result]})
     if json != "-":
-        print(f"{job.picture}\n{job.preview}\n{job.done} samples a pixel in {job.seconds:.1f} s, standard error "
-              f"{facts['error']:.2g} of the mean")
+        error = f", standard error {facts['error']:.2g} of the mean" if np.isfinite(facts["error"]) else ""
+        print(f"{job.picture}\n{job.preview}\n{job.done} samples a pixel in {job.seconds:.1f} s{error}")
 
 
 def chart(family, device, peers, out, json) -> None:
