@@ -123,17 +123,12 @@ class _Builder:
         """(shape, material, suffix of the name) of what an object is: one, or the primitives of a glTF file."""
         if thing["shape"] != "mesh":
             return [(_placed_shape(thing, place), self._material(thing, place), "")]
-        try:
-            if thing["file"].suffix.lower() in (".gltf", ".glb") and thing["material"] is None:
-                parts = meshes.load_parts(thing["file"])
-                materials = [self._gltf_material(material, place) for _, material in parts]
-            else:
-                parts = [(meshes.load(thing["file"]), None)]
-                materials = [self._material(thing, place)]
-        except InputError as error:
-            if str(error).startswith(str(place.file)):
-                raise
-            (place / "file").fail(str(error))
+        if thing["file"].suffix.lower() in (".gltf", ".glb") and thing["material"] is None:
+            parts = (place / "file").reading(meshes.load_parts, thing["file"])
+            materials = [self._gltf_material(material, place) for _, material in parts]
+        else:
+            parts = [((place / "file").reading(meshes.load, thing["file"]), None)]
+            materials = [self._material(thing, place)]
         if skipped := sum(mesh.skipped for mesh, _ in parts):
             self._note(place / "file", f"{skipped} degenerate triangle{'s' * (skipped > 1)} skipped")
         placed = _placed_meshes([mesh for mesh, _ in parts], thing, place)
@@ -204,7 +199,7 @@ class _Builder:
             place.fail("expected either file or color, one of them")
         if given["file"]:
             with np.errstate(over="ignore"):
-                pixels = self._picture(given["file"], place / "file") * np.array(given["scale"], np.float32)
+                pixels = (place / "file").reading(read_environment, given["file"]) * np.array(given["scale"], np.float32)
         else:
             pixels = np.tile(np.array(given["color"], np.float32), (8, 16, 1))
         if not pixels.any():
@@ -214,12 +209,6 @@ class _Builder:
         self.scene.set_environment(pixels, given["rotation"])
         self.lights.append("environment")
         self._remember(pixels, given["rotation"])
-
-    def _picture(self, file: Path, place: Place) -> np.ndarray:
-        try:
-            return read_environment(file)
-        except InputError as error:
-            place.fail(str(error))
 
     # The camera.
 
@@ -248,7 +237,8 @@ def _mirror(given: dict | None, place: Place) -> dict | None:
     if len(forms) != 1 or any(given[key] is None for key in forms[0]):
         place.fail("expected one of metal, f0, or eta and k together")
     if given["metal"]:
-        return {key: measured(given["metal"])[key] for key in ("eta", "k")}
+        from_metal = (place / "metal").reading(measured, given["metal"])
+        return {key: from_metal[key] for key in ("eta", "k")}
     return {key: given[key] for key in forms[0]}
 
 

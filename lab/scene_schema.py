@@ -6,6 +6,7 @@ import difflib
 import math
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -53,6 +54,13 @@ class Place:
 
     def fail(self, message: str):
         raise InputError(f"{self}: {message}")
+
+    def reading(self, read: Callable, file: Path):
+        """What `read` makes of a file that this key names; its complaints come with the key's place."""
+        try:
+            return read(file)
+        except InputError as error:
+            self.fail(str(error))
 
 
 # Kinds of values. Each has `read(value, place)`, which returns the value as the program uses it or raises InputError,
@@ -252,7 +260,7 @@ class LobeTable:
         function = self._function(value["lobe"], given, place / "lobe")
         metal = Metal().read(value["metal"], place / "metal") if "metal" in value else None
         parameters = [p for p in function.parameters if not p.is_geometry]
-        from_metal = measured(metal) if metal else {}
+        from_metal = (place / "metal").reading(measured, metal) if metal else {}
         filled = [p.name for p in parameters if p.name in from_metal and p.width == 3]
         if metal and not filled:
             (place / "metal").fail(f"{function.name} has no f0, eta or k of three channels that a metal could fill")

@@ -191,6 +191,8 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("f0 = 0.04, alpha = 0.1", "f0 = 1.2, alpha = 0.1", "f0 = 1.2", ["coated.lobes[2].f0: 1.2 is out of range", "in 0.01..1"]),
     ("f0 = 0.04, alpha = 0.1", 'metal = "golf", alpha = 0.1', "golf", ["lobes[2].metal", "did you mean gold?"]),
     ("f0 = 0.04, alpha = 0.1", 'metal = "none.csv", alpha = 0.1', "none.csv", ["lobes[2].metal", "no such file"]),
+    ("f0 = 0.04, alpha = 0.1", 'metal = "bad.csv", alpha = 0.1', "bad.csv", ["lobes[2].metal", "bad.csv: line 2"]),
+    ('lobes = [{ lobe = "lobe_Lambert", albedo = 0.5 }]', 'mirror = { metal = "bad.csv" }', "bad.csv", ["mirror.metal"]),
     ("f0 = 0.04, alpha = 0.1", 'metal = "gold", f0 = 0.5', "metal", ["lobes[2].f0: is also what metal says"]),
     ("albedo = 0.5 }", 'metal = "gold" }', "metal", ["clay.lobes[1].metal: lobe_Lambert has no f0"]),
     ('lobes = [{ lobe = "lobe_Lambert", albedo = 0.5 }]', "mirror = { f0 = 1.5 }", "mirror", ["mirror.f0", "0..1"]),
@@ -255,6 +257,7 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
 def inputs(tmp_path):
     """Files that scenes may name."""
     (tmp_path / "square.obj").write_text(SQUARE)
+    (tmp_path / "bad.csv").write_text("wavelength_um,n,k\n0.4,a,b\n")
     (tmp_path / "bad.obj").write_text("v 0 0\n")
     (tmp_path / "huge.obj").write_text(SQUARE.replace("1", "1e30").replace("f 1e30", "f 1"))
     (tmp_path / "far.obj").write_text("v 999998 0 0\nv 999999 0 0\nv 999999 1 0\nf 1 2 3\n")
