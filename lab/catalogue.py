@@ -114,8 +114,11 @@ class Function:
 
     @property
     def returns_directions(self) -> bool:
-        """Whether its values are vectors or cosines of either sign; all others are never negative."""
-        return self.kind == "helper" and self.result != "float" and any(p.kind == "direction" for p in self.parameters)
+        """Whether its values are components of vectors, or cosines, of either sign: helpers that make a vector of
+        directions, or of numbers alone. All others are never negative."""
+        of_directions = any(p.kind == "direction" for p in self.parameters)
+        of_numbers = all(p.type == "float" for p in self.parameters)
+        return self.kind == "helper" and self.result != "float" and (of_directions or of_numbers)
 
     @property
     def is_shown(self) -> bool:

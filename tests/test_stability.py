@@ -100,10 +100,17 @@ FOUND = {
         -0.08106935024261475, 0.11853235960006714, 0.9896352291107178, -0.48759499192237854, -0.8706952333450317,
         0.06435009837150574, -0.08105618506669998, 0.11851764470338821, 0.989638090133667, 0.0001129473457694985,
         0.9999985694885254, 0.3375203013420105, 1.0010149478912354]),
+    "EON at right angles, both grazing": ("lobe_OrenNayar_EON", [
+        0.0, 1.0, 0.0, -0.0037657329812645912, 2.6430327579873847e-06, 0.9999929070472717, 0.9999350309371948,
+        0.0005143206799402833, 0.011386231519281864, 0.27103307843208313, 0.8125301003456116, 0.11457380652427673,
+        0.3224649727344513]),
 }
+KNOWN = {"EON at right angles, both grazing": "s = (1 + s) - 1 has lost its digits where V and L are at right angles"}
 
 
-@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.xfail(reason=KNOWN[name], strict=True)) if name in KNOWN else name
+    for name in FOUND])
 def test_found_inputs(name, context):
     key, row = FOUND[name]
     (function,) = LIBRARY.find(key)
