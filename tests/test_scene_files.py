@@ -10,7 +10,7 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from lobe import reference
-from lobe.lab import files, scene_files, scene_page, scene_schema, spectra, toml_lines
+from lobe.lab import files, meshes, scene_files, scene_page, scene_schema, spectra, toml_lines
 from lobe.lab.errors import InputError
 from lobe.lab.paths import DATA, ROOT
 
@@ -410,6 +410,21 @@ def test_mesh_is_fitted_scaled_turned_moved_and_put_down(scene, tmp_path):
     low, high = position.min(axis=0), position.max(axis=0)  # 4 x 2 becomes 2 x 1, then 2 x 2, about (0.2, 0, 0)
     np.testing.assert_allclose(low, (-0.8, -1, 0), atol=0.05)
     np.testing.assert_allclose(high, (1.2, 1, 0), atol=0.05)
+
+
+def test_normals_of_the_file_follow_a_stretched_mesh(scene, tmp_path):
+    from scipy.spatial.transform import Rotation
+
+    ball = meshes.uv_sphere(64, 128)
+    lines = [f"v {x} {y} {z}\nvn {x} {y} {z}\n" for x, y, z in ball.vertices]
+    lines += [f"f {a}//{a} {b}//{b} {c}//{c}\n" for a, b, c in ball.faces + 1]
+    (tmp_path / "ball.obj").write_text("".join(lines))
+    images = seen(scene(object_text('shape = "mesh"\nfile = "ball.obj"\nscale = [1, 1.3, 0.4]\nrotate = [30, 40, 50]')))
+    hit = images["object"] == 0
+    turn = Rotation.from_euler("xyz", (30, 40, 50), degrees=True).as_matrix()
+    gradient = images["position"][hit] @ turn / np.square((1, 1.3, 0.4)) @ turn.T  # of the ellipsoid
+    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
+    assert np.linalg.norm(images["N"][hit] - gradient, axis=1).max() < 0.03
 
 
 def test_flat_meshes_show_their_facets(scene, tmp_path):
