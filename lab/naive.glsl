@@ -78,6 +78,9 @@ float conductor_squares(float c, float n, float k) {  // the form of most render
     return 0.5 * s * (1.0 + (t3 - t4) / (t3 + t4));
 }
 
+float refracted_root(float c, float n) { return sqrt(1.0 - (1.0 - c * c) / (n * n)); }
+float refracted_angle(float c, float n) { return cos(asin(sin(acos(c)) / n)); }
+
 // Half vector
 
 float half_dot(vec3 V, vec3 L) { return dot(L, normalize(V + L)); }
@@ -112,4 +115,18 @@ float ggx_textbook(vec3 N, vec3 V, vec3 L, float f0, float a) {
     float lv = (sqrt(1.0 + a * a * (1.0 - nv * nv) / (nv * nv)) - 1.0) / 2.0;
     float ll = (sqrt(1.0 + a * a * (1.0 - nl * nl) / (nl * nl)) - 1.0) / 2.0;
     return F * ggx_lecture(N, V, L, a) / ((1.0 + lv + ll) * 4.0 * nv * nl);
+}
+
+float cook_torrance_textbook(vec3 N, vec3 V, vec3 L, float f0, float a) {
+    vec3 h = normalize(V + L);
+    float nv = dot(N, V), nl = dot(N, L), nh = dot(N, h), vh = dot(V, h);
+    float F = f0 + (1.0 - f0) * pow(1.0 - vh, 5.0), G = min(1.0, 2.0 * nh * min(nv, nl) / vh);
+    return F * beckmann_tangent(N, V, L, a) * G / (4.0 * nv * nl);
+}
+
+// Ashikhmin-Shirley
+
+float ashikhmin_shirley_listing(float c, float t, float b, float nu, float nv) {
+    float e = (nu * t * t + nv * b * b) / (1.0 - c * c);
+    return sqrt((nu + 2.0) * (nv + 2.0)) / (2.0 * PI) * pow(c, e);
 }

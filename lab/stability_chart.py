@@ -17,7 +17,7 @@ from .report import number
 NAIVE = Path(__file__).with_name("naive.glsl")
 STEPS, SAMPLES = 49, 1 << 10
 SEED = 3
-SIZE = 12, 16  # of the figure, inches
+SIZE = 12, 20  # of the figure, inches
 BROKEN = 1e-2  # relative error at which a form counts as broken
 TOP, BOTTOM = 10.0, 1e-8  # of the charts; what is beyond, NaN and Inf among it, is drawn at the top
 
@@ -82,8 +82,25 @@ def _near_normal(rng, x):
             "sigma": np.full((len(x), 1), 0.5)}
 
 
-def _cosines(rng, x):
-    return 10 ** rng.uniform(-1.3, 0, (len(x), 1))
+def _grazing(rng, x):
+    """V at a cosine, L near to it on the other side, as where a low sun shines at the viewer."""
+    N = np.broadcast_to([0.0, 0.0, 1.0], (len(x), 3))
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    L = _at(x * 10 ** rng.uniform(-0.5, 0.5, len(x)), np.pi + x * rng.uniform(-1, 1, len(x)))
+    return {"N": N @ turn, "V": _at(x, 0 * x) @ turn, "L": L @ turn, "f0": np.full((len(x), 3), 0.04),
+            "alpha": 10 ** rng.uniform(-1, 0, (len(x), 1))}
+
+
+def _at(cosine, azimuth):
+    cosine = np.minimum(cosine, 1.0)
+    sine = np.sqrt((1 - cosine) * (1 + cosine))
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], -1)
+
+
+def _pole(rng, x):
+    azimuth = rng.uniform(0, 2 * np.pi, len(x))
+    cosines = dict(zip(("TdotH", "BdotH", "NdotH"), _at(np.sqrt((1 - x) * (1 + x)), azimuth).T[..., None]))
+    return cosines | {"nu": np.full((len(x), 1), 100.0), "nv": np.full((len(x), 1), 1000.0)}
 
 
 _H = "lobe_H(V, L)"
@@ -103,6 +120,9 @@ PANELS = (
     Panel("whole GGX lobe", "lobe_GGX(vec3,vec3,vec3,vec3,float)", "alpha", 1e-4, 1.0,
           lambda rng, x: _highlight(rng, x) | {"alpha": x[:, None], "f0": np.full((len(x), 3), 0.04)},
           {"Lobe": "lobe_GGX(N, V, L, f0, alpha).x", "F D G / (4 n·v n·l)": "ggx_textbook(N, V, L, f0.x, alpha)"}),
+    Panel("Cook-Torrance, against the light", "lobe_CookTorrance(vec3,vec3,vec3,vec3,float)", "cosine of v", 1e-4, 0.3,
+          _grazing, {"Lobe": "lobe_CookTorrance(N, V, L, f0, alpha).x",
+                     "F D G / (4 n·v n·l)": "cook_torrance_textbook(N, V, L, f0.x, alpha)"}),
     Panel("dielectric: F near a matched index", "lobe_F_dielectric(float,float)", "|η − 1|", 1e-6, 1.0,
           lambda rng, x: {"cosI": 0.1 + 0.9 * rng.random((len(x), 1)), "eta": 1 + x[:, None]},
           {"Lobe": "lobe_F_dielectric(cosI, eta)", "Cook-Torrance's g": "fresnel_cook_torrance(cosI, eta)",
@@ -111,6 +131,10 @@ PANELS = (
           lambda rng, x: {"cosI": x[:, None], "eta": rng.uniform(1.1, 3, (len(x), 1))},
           {"Lobe": "lobe_T_dielectric(cosI, eta)", "1 − F, Cook-Torrance's g": "1.0 - fresnel_cook_torrance(cosI, eta)",
            "1 − F, Lobe's F": "1.0 - lobe_F_dielectric(cosI, eta)"}),
+    Panel("dielectric: refracted cosine, near grazing", "lobe_cosT(float,float)", "η − 1", 1e-6, 1.0,
+          lambda rng, x: {"cosI": 10 ** rng.uniform(-4, -2, (len(x), 1)), "eta": 1 + x[:, None]},
+          {"Lobe": "lobe_cosT(cosI, eta)", "√(1 − (1 − c²) / η²)": "refracted_root(cosI, eta)",
+           "cos(asin(sin(acos c) / η))": "refracted_angle(cosI, eta)"}),
     Panel("conductor: F at a matched index", "lobe_F_conductor(float,float,float)", "k", 1e-5, 1.0,
           lambda rng, x: {"cosI": 0.1 + 0.9 * rng.random((len(x), 1)), "eta": np.ones((len(x), 1)), "k": x[:, None]},
           {"Lobe": "lobe_F_conductor(cosI, eta, k)", "squares": "conductor_squares(cosI, eta, k)"}),
@@ -129,13 +153,17 @@ PANELS = (
            "project, normalize, acos": "oren_nayar_angles(N, V, L, sigma)"}),
     Panel("EON: 1 − E, grazing", "lobe_loss_EON(float)", "cosine", 1e-6, 1.0, lambda rng, x: {"NdotX": x[:, None]},
           {"Lobe": "lobe_loss_EON(NdotX)", "as published": "eon_loss_listing(NdotX)"}),
+    Panel("Ashikhmin-Shirley: D, at the pole", "lobe_D_AshikhminShirley(float,float,float,float,float)", "sine of h from n",
+          1e-6, 0.3, _pole, {"Lobe": "lobe_D_AshikhminShirley(NdotH, TdotH, BdotH, nu, nv)",
+                             "… / (1 − c²)": "ashikhmin_shirley_listing(NdotH, TdotH, BdotH, nu, nv)"}),
 )
 
 
 def measured(library: Catalogue, context: gl.Context) -> list[Curves]:
-    """Each panel, as a context computes its forms."""
+    """Each panel whose function the library has, as a context computes its forms."""
     source = library.text + NAIVE.read_text(encoding="utf-8")
-    return [_curves(library, panel, source, context) for panel in PANELS]
+    known = {f.key for f in library.functions}
+    return [_curves(library, panel, source, context) for panel in PANELS if panel.function in known]
 
 
 def _curves(library: Catalogue, panel: Panel, source: str, context: gl.Context) -> Curves:
@@ -168,9 +196,11 @@ def draw(figure, curves: list[Curves]) -> None:
     """All panels, log-log."""
     from matplotlib.ticker import LogLocator
 
-    panels = figure.subplots(-(-len(curves) // 3), 3, squeeze=False).flat
+    panels = figure.subplots(-(-len(curves) // 3), 3, squeeze=False)
+    for axes in panels.flat[len(curves):]:
+        axes.axis("off")
     colours = (plots.BLUE, plots.ORANGE, plots.GREEN, plots.PURPLE, plots.BLACK, plots.GREY)
-    for axes, curve in zip(panels, curves):
+    for axes, curve in zip(panels.flat, curves):
         for (label, error), colour in reversed(list(zip(curve.errors.items(), colours))):
             ours = label == "Lobe"
             shown = np.clip(error, 2 * BOTTOM, TOP / 2)
@@ -184,6 +214,6 @@ def draw(figure, curves: list[Curves]) -> None:
         axes.yaxis.set_major_locator(LogLocator(numticks=6))
         handles, labels = axes.get_legend_handles_labels()
         axes.legend(handles[::-1], labels[::-1], fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(-0.02, -0.16))
-    for axes in list(figure.axes)[::3]:
+    for axes in panels[:, 0]:
         axes.set_ylabel("largest relative error")
 

@@ -297,9 +297,12 @@ def curves(egl):
     return stability_chart.measured(LIBRARY, egl)
 
 
-@pytest.mark.parametrize("panel", range(len(stability_chart.PANELS)), ids=lambda i: stability_chart.PANELS[i].title)
+PANELS = [panel for panel in stability_chart.PANELS if panel.function in {f.key for f in LIBRARY.functions}]
+
+
+@pytest.mark.parametrize("panel", PANELS, ids=lambda panel: panel.title)
 def test_forms_are_the_same_formula_and_ours_holds(curves, panel):
-    curve = curves[panel]
+    curve = next(c for c in curves if c.panel is panel)
     assert curve.breaks("Lobe") is None and curve.errors["Lobe"].max() < 4e-3
     for form, error in curve.errors.items():
         assert np.min(error) < 1e-3, f"{form} is nowhere right: another formula?"
