@@ -112,7 +112,8 @@ def white(peer: Peer, context: gl.Context) -> float:
     return float(albedo.max())
 
 
-# Guards. Ours keep every finite input finite, and lobes dark below the horizon; a peer is weighed with them, too.
+# Guards. Ours keep every finite input finite, and lobes dark below the horizon. To be weighed alike, a peer is given those
+# on inputs, and ours are freed of those on divisors, which cannot be put into a peer's function.
 
 _ALPHA, _COLOUR = "clamp({}, 0.0, 1e3)", "max({}, 0.0)"
 _TERM_GUARDS = {"alpha": _ALPHA, "alphaX": _ALPHA, "alphaY": _ALPHA, "eta": "clamp({}, 1e-4, 1e4)",
@@ -125,7 +126,7 @@ _FORMED = {"unitH": "vec3 unitH = normalize(H);", "NdotH": "float NdotH = dot(N,
 
 
 def guarded(peer: Peer) -> Peer:
-    """The same from our inputs, with our guards on them. What guards a divisor cannot be added from outside."""
+    """The same from our inputs, with our guards on them."""
     is_lobe = {"N", "V", "L"} <= {p.name for p in peer.function.parameters}
     formed = _formed(peer)
     takes = {n: kind for n, kind in peer.parameters.items() if n not in formed}
@@ -148,6 +149,35 @@ def _formed(peer: Peer) -> list[str]:
     return [n for n in _FORMED if n in peer.parameters and peer.function.parameter("H")]
 
 
+def weighed_alike(peer: Peer) -> Call:
+    """With guards on inputs, and none on divisors but a peer's own."""
+    if peer.origin != OURS:
+        return weighed(guarded(peer))
+    call = weighed(peer)
+    return replace(call, source=_without_divisor_guards(call.source))
+
+
+def _without_divisor_guards(source: str) -> str:
+    """The source with (x) for max(x, LOBE_SMALLEST_DIVISOR)."""
+    guard = ", LOBE_SMALLEST_DIVISOR)"
+    text, *parts = source.split(guard)
+    for part in parts:
+        start = _opening(text)
+        is_max = text[:start].endswith("max")  # else one component of a vec2 is guarded
+        text = (f"{text[: start - 3]}{text[start:]})" if is_max else text + guard) + part
+    return text
+
+
+def _opening(text: str) -> int:
+    """Where the last parenthesis is that the text leaves open."""
+    depth = 0
+    for i in range(len(text) - 1, -1, -1):
+        depth += {")": 1, "(": -1}.get(text[i], 0)
+        if depth < 0:
+            return i
+    return -1
+
+
 _HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);")
 
 
@@ -167,8 +197,8 @@ def weighed_grey(peer: Peer) -> Call:
 def measure(gpus: tuple[str, ...] = tuple(isa.GPUS)) -> list[dict]:
     """A row for each peer, and for each of ours that computes or approximates the same: errors and costs.
 
-    Costs are three. `shipped`: the call as it is. `guarded`: from our inputs and with our guards. `grey`, whole GGX
-    lobes alone: f0 a grey number, one channel, no horizon rule, in a compute shader whose inputs come from memory.
+    Costs are three. `shipped`: the call as it is. `guarded`: weighed_alike. `grey`, of whole GGX lobes: weighed_grey, in a
+    compute shader whose inputs come from memory.
     """
     peers, context = members(), gl.create_context("egl")
     everyone = [*{o.function.key: o for p in peers for o in rivals(p)}.values(), *peers]
@@ -176,7 +206,7 @@ def measure(gpus: tuple[str, ...] = tuple(isa.GPUS)) -> list[dict]:
     whole = [i for i, p in enumerate(everyone) if p.function.key == GGX]
     for gpu in gpus:
         shipped = isa.costs([weighed(p) for p in everyone], gpu)
-        same = isa.costs([weighed(p if p.origin == OURS else guarded(p)) for p in everyone], gpu)
+        same = isa.costs([weighed_alike(p) for p in everyone], gpu)
         greys = dict(zip(whole, isa.costs([weighed_grey(everyone[i]) for i in whole], gpu, "compute")))
         for i, row in enumerate(rows):
             row["cost"][gpu] = {"shipped": asdict(shipped[i]), "guarded": asdict(same[i])}

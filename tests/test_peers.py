@@ -221,6 +221,13 @@ def test_white_albedo_of_ours(name, most):
     assert measured.white(peers.ours(name, "diffuse"), gl.create_context("egl")) == pytest.approx(most, abs=0.01)
 
 
+def test_divisor_guards_are_taken_out():
+    source = "float f(float a) { return 1.0 / max(a * max(a, LOBE_SMALLEST_DIVISOR), LOBE_SMALLEST_DIVISOR); }"
+    assert measured._without_divisor_guards(source) == "float f(float a) { return 1.0 / (a * (a)); }"
+    freed = measured.weighed_alike(peers.ours("lobe_V_GGX")).source
+    assert "max(" not in freed and "0.5 / (dot(c, g.yx))" in freed
+
+
 def test_page_is_up_to_date():
     text = peers_page.PAGE.read_text(encoding="utf-8")
     assert peers_page.generated(text) == text, "repair: .venv/bin/python -m lobe.lab.peers_page"
