@@ -54,7 +54,7 @@ Environment::Environment(std::vector<float> pixels, int width, int height, doubl
     for (int y = 0; y <= height_; ++y) height_of_.push_back(std::cos(PI * y / height_));
     std::vector<double> light(columns_.size()), of_row(height_);
     for (int y = 0; y < height_; ++y)
-        for (int x = 0; x < width_; ++x) light[std::size_t(y) * width_ + x] = luminance(at(x, y)) + 1e-6 * at(x, y).dot(Vec3(1));
+        for (int x = 0; x < width_; ++x) light[std::size_t(y) * width_ + x] = luminance(at(x, y));
     const auto of = [&](int x, int y) {
         return light[std::size_t(std::clamp(y, 0, height_ - 1)) * width_ + (x + width_) % width_];
     };
@@ -77,7 +77,8 @@ Environment::Texel Environment::texel(const Vec3& L) const {
     const double x = cos_ * L.x - sin_ * L.z, z = sin_ * L.x + cos_ * L.z;
     const double u = (0.5 + std::atan2(x, -z) / (2 * PI)) * width_;
     const double v = std::acos(std::clamp(L.y, -1.0, 1.0)) / PI * height_;
-    const int column = std::clamp(static_cast<int>(u), 0, width_ - 1), row = std::clamp(static_cast<int>(v), 0, height_ - 1);
+    const int column = std::clamp(static_cast<int>(u), 0, width_ - 1);
+    const int row = std::clamp(static_cast<int>(v), 0, height_ - 1);
     return {column, row, u - column, v - row};
 }
 
@@ -102,7 +103,7 @@ double Environment::density(const Vec3&, const Vec3& L) const {
 // A texel by its light, and within it a direction uniform over its solid angle.
 LightSample Environment::sample(const Vec3&, Vec2 u) const {
     const int y = find(rows_.data(), height_, u.y), x = find(columns_.data() + std::size_t(y) * width_, width_, u.x);
-    const double cos = height_of_[y] + u.y * (height_of_[y + 1] - height_of_[y]), sin = std::sqrt(std::max(0.0, 1 - cos * cos));
+    const double cos = std::lerp(height_of_[y], height_of_[y + 1], u.y), sin = std::sqrt(std::max(0.0, 1 - cos * cos));
     const double phi = ((x + u.x) / width_ - 0.5) * 2 * PI, px = sin * std::sin(phi), pz = -sin * std::cos(phi);
     const double v = std::clamp(std::acos(cos) / PI * height_ - y, 0.0, 1.0), p = density(x, y);
     if (!(p > 0)) return {Vec3(0), 0, Vec3(0), 0};

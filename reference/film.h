@@ -11,10 +11,10 @@
 
 namespace lobe {
 
-// The samples of a pixel fall by turns to two halves, each with a sequence of its own. Samples of one sequence depend on
-// each other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of their
-// difference, squared, is an unbiased estimate of the variance of the mean (Rousselle, Knaus, Zwicker, Adaptive rendering
-// with non-local means filtering, 2012, section 4). With one degree of freedom: take means over pixels.
+// The samples of a pixel fall by turns to two halves, each with a sequence of its own. Samples of one sequence depend
+// on each other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of
+// their difference, squared, is an unbiased estimate of the variance of the mean (Rousselle, Knaus, Zwicker, Adaptive
+// rendering with non-local means filtering, 2012, section 4). With one degree of freedom: take means over pixels.
 class Film {
 public:
     static constexpr int TILE = 16, HALVES = 2;

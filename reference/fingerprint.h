@@ -10,7 +10,8 @@
 
 namespace lobe {
 
-// Eight bytes at a time through the multiplication of FNV-1a (Fowler, Noll, Vo), with a shift that feeds back high bits.
+// Eight bytes at a time through the multiplication of FNV-1a (Fowler, Noll, Vo), with a shift that feeds back high
+// bits.
 class Fingerprint {
 public:
     Fingerprint& bytes(const void* data, std::size_t size) {
@@ -27,7 +28,9 @@ public:
         static_assert(std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>);
         return bytes(&value, sizeof value);
     }
-    template <class T> Fingerprint& add(const std::vector<T>& list) { return bytes(list.data(), list.size() * sizeof(T)); }
+    template <class T> Fingerprint& add(const std::vector<T>& list) {
+        return bytes(list.data(), list.size() * sizeof(T));
+    }
     Fingerprint& add(const std::string& text) { return bytes(text.data(), text.size()); }
     template <class T> requires requires(const T& v) { v.x, v.y, v.z; } Fingerprint& add(const T& v) {
         return add(v.x).add(v.y).add(v.z);

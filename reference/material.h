@@ -35,6 +35,7 @@ public:
     // About its directional albedo, the weight with which it is drawn from. Above 0, so that no light is missed.
     double albedo(double NdotV) const;
 
+    bool turned() const { return turned_; }  // takes a tangent
     std::uint64_t fingerprint() const;
 
 private:
@@ -48,7 +49,7 @@ private:
 
     std::string key_;
     void (*call_)(const double*, double*);
-    bool grey_, turned_;  // takes a tangent
+    bool grey_, turned_;
     std::vector<double> arguments_;  // and behind them room for the vectors that the lobe does not take
     std::size_t N_, T_, V_, L_;      // where they are written
     std::array<double, ANGLES> albedo_{};

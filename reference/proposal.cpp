@@ -14,8 +14,8 @@ Vec3 visible_facet(const Vec3& V, double ax, double ay, Vec2 u) {
     return Vec3(ax * h.x, ay * h.y, std::max(h.z, 0.0)).normalized();
 }
 
-// D G1 / (4 V.z): Heitz 2014, eq. 2, with D of eq. 85 and G1 of eqs. 80, 72, over the 4 V.H of Walter et al. 2007, eq. 14.
-// H = V + L in place of a unit vector puts its length^4 into D.
+// D G1 / (4 V.z): Heitz 2014, eq. 2, with D of eq. 85 and G1 of eqs. 80, 72, over the 4 V.H of Walter et al. 2007, eq.
+// 14. H = V + L in place of a unit vector puts its length^4 into D.
 double facet_density(const Vec3& V, const Vec3& L, double ax, double ay) {
     const Vec3 H = V + L;
     const double length2 = H.length2(), hx = H.x / ax, hy = H.y / ay, stretched2 = hx * hx + hy * hy + H.z * H.z;
@@ -32,7 +32,8 @@ Vec3 Proposal::sample(const Vec3& V, Vec2 u) const {
         const Vec3 H = visible_facet(V, a_, b_, u);
         return H * (2 * V.dot(H)) - V;
     }
-    const double cos = std::pow(1 - u.y, 1 / (a_ + 1)), sin = std::sqrt(std::max(0.0, 1 - cos * cos)), phi = 2 * PI * u.x;
+    const double cos = std::pow(1 - u.y, 1 / (a_ + 1)), sin = std::sqrt(std::max(0.0, 1 - cos * cos));
+    const double phi = 2 * PI * u.x;
     return Basis(Vec3(-V.x, -V.y, V.z)).to_world({sin * std::cos(phi), sin * std::sin(phi), cos});
 }
 

@@ -25,7 +25,7 @@ struct Vertex {
     const Surface& surface = found.surface;
     Material& material;
     Vec3 V;
-    Basis frame{surface.N, surface.T};
+    Basis frame = surface.T == Vec3(0) ? Basis(surface.N) : Basis(surface.N, surface.T);
     Vec3 local_V = frame.to_local(V);
     double NdotV = local_V.z;
     Vec3 mirror{0};        // reflectance
@@ -97,7 +97,7 @@ Vec3 Tracer::radiance(Ray ray, const Sample& points) {
     sum_ = Vec3(0), throughput_ = Vec3(1), widening_ = 1, density_ = NO_EXTENT;
     for (int interactions = 0;; ++interactions) {
         const std::uint32_t first = interactions * PER_VERTEX;
-        const auto found = scene_.find(ray);
+        const auto found = scene_.find(ray, Detail::normals);
         add_emission(found, ray.direction);
         if (!found || interactions == settings_.depth) break;
 
@@ -119,11 +119,11 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
     const bool by_lobes = density_ != NO_EXTENT;
     if (by_lobes && settings_.strategy == Strategy::light) return;
     std::visit([&](const auto& light) {
-        if constexpr (!std::is_same_v<std::decay_t<decltype(light)>, Light>) {
-            const Vec3 radiance = [&] {
-                if constexpr (std::is_same_v<std::decay_t<decltype(light)>, Environment>) return light.radiance(direction);
-                else return light.radiance;
-            }();
+        using Kind = std::decay_t<decltype(light)>;
+        if constexpr (!std::is_same_v<Kind, Light>) {
+            Vec3 radiance;
+            if constexpr (std::is_same_v<Kind, Environment>) radiance = light.radiance(direction);
+            else radiance = light.radiance;
             const double rival = by_lobes && settings_.strategy == Strategy::mis
                                      ? chances_[source] * light.density(origin_, direction) : 0;
             add(source, throughput_ * radiance * weight(density_, rival));
@@ -133,23 +133,26 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
 
 Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     Vertex v{.found = found, .material = materials_[found.object], .V = V};
+    const Material& m = v.material;
+    const bool front = v.NdotV > 0, alone = m.lobes.size() == 1 && !m.mirror && !m.glass;
+    origin_ = v.surface.position;
     shares_.clear();
     for (Lobe& lobe : v.material.lobes) {
         lobe.turn(v.surface.N, v.surface.T, V);
-        shares_.push_back(v.NdotV > 0 ? lobe.albedo(v.NdotV) : 0);
+        shares_.push_back(!front ? 0 : alone ? 1 : lobe.albedo(v.NdotV));
         v.lobes += shares_.back();
     }
     v.all = v.lobes;
-    if (v.material.mirror && v.NdotV > 0) v.mirror = v.material.mirror->reflectance(v.NdotV);
-    if (v.material.glass) {
-        v.eta = v.NdotV > 0 ? v.material.glass->eta : 1 / v.material.glass->eta;
+    if (m.mirror && front) v.mirror = m.mirror->reflectance(v.NdotV);
+    if (m.glass) {
+        v.eta = front ? m.glass->eta : 1 / m.glass->eta;
         v.glass = lobe_F_dielectric(std::abs(v.NdotV), v.eta);
     }
-    for (double share : {mean(v.mirror), v.glass, v.material.glass ? 1 - v.glass : 0}) {
-        shares_.push_back(share);
-        v.all += share;
-    }
-    origin_ = v.surface.position;
+    if (m.mirror || m.glass)
+        for (double share : {mean(v.mirror), v.glass, m.glass ? 1 - v.glass : 0}) {
+            shares_.push_back(share);
+            v.all += share;
+        }
     return v;
 }
 
@@ -247,7 +250,7 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     Fingerprint print;
     for (const Vec3& v : places) print.add(v);
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
-                       .add(settings.seed).add(settings.strategy).add(settings.layers).value();
+                       .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance).value();
 }
 
 void Render::advance(int samples) {
@@ -264,10 +267,12 @@ void Render::advance(int samples) {
 
 void Render::add_samples(int count) {
     oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_); });
+    const std::uint64_t sequence = scrambled(settings_.seed + 1);
     const auto render_pixel = [&](Tracer& tracer, int x, int y, int done) {
         const std::size_t pixel = film_.pixel(x, y);
         for (int i = done; i < done + count; ++i) {
-            const Sample points(scrambled(settings_.seed + 1) + 2 * pixel + i % Film::HALVES, i / Film::HALVES);
+            const int half = settings_.variance ? i % Film::HALVES : 0;
+            const Sample points(sequence + Film::HALVES * pixel + half, settings_.variance ? i / Film::HALVES : i);
             const Vec2 p = points.pair(POSITION);
             film_.add(pixel, i, tracer.radiance(view_.ray(x + p.x, y + p.y), points));
             for (std::size_t k = 0; k < layers_.size(); ++k)

@@ -17,7 +17,10 @@ struct RenderSettings {
     int roulette = 4;  // interactions before paths may end by chance
     std::uint64_t seed = 0;
     Strategy strategy = Strategy::mis;
-    bool layers = false;  // one film for each light, too
+    bool layers = false;   // one film for each light, too
+    // Two independent halves of the samples tell the variance. Without, they are one sequence, which is a little more
+    // even, but nobody knows how good it is.
+    bool variance = true;
 };
 
 // One picture that gets better as long as one likes. The scene must outlive it and must not change.
@@ -31,9 +34,10 @@ public:
     // From now on, tiles are finished as soon as their relative standard error, the root mean square over their pixels
     // over the mean of the picture, is below; 0: never. That is looked at after 2^n samples, and biases by as much as
     // such rules do: a tile which happens to look even ends early.
-    void set_target(double error) { target_ = error; }
+    void set_target(double error) { target_ = settings_.variance ? error : 0; }
     bool finished() const;
 
+    const RenderSettings& settings() const { return settings_; }
     const Film& film() const { return film_; }
     // For each light a picture, all of whose sum is the beauty.
     const std::vector<LayerFilm>& layers() const { return layers_; }

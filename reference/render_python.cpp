@@ -24,13 +24,17 @@ void require(bool holds, const std::string& name, const char* expected, double g
     if (!holds) throw std::invalid_argument(name + ": expected " + expected + ", got " + std::to_string(got));
 }
 
+void require_variance(const Render& render) {
+    if (!render.settings().variance) throw std::invalid_argument("variance: the render was made without");
+}
+
 void make(Render* self, const Scene& scene, const Camera& camera, int width, int height, int depth, int roulette,
-          std::uint64_t seed, const std::string& strategy_name, bool layers) {
+          std::uint64_t seed, const std::string& strategy_name, bool layers, bool variance) {
     require(width >= 1, "width", "at least 1", width);
     require(height >= 1, "height", "at least 1", height);
     require(depth >= 0, "depth", "at least 0", depth);
     require(roulette >= 0, "roulette", "at least 0", roulette);
-    new (self) Render(scene, camera, width, height, {depth, roulette, seed, strategy(strategy_name), layers});
+    new (self) Render(scene, camera, width, height, {depth, roulette, seed, strategy(strategy_name), layers, variance});
 }
 
 // An array [h, w, channels] from what value(pixel, samples) gives for each pixel.
@@ -68,18 +72,21 @@ void bind_render(nb::module_& m) {
                        "A path-traced picture that gets better as long as one likes. ValueError on bad input, and where\n"
                        "the scene has been changed since.")
         .def("__init__", &make, "scene"_a, "camera"_a, "width"_a, "height"_a, "depth"_a = 8, "roulette"_a = 4,
-             "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, nb::keep_alive<1, 2>(),
+             "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, "variance"_a = true, nb::keep_alive<1, 2>(),
              "depth: interactions with surfaces on the longest path; 0 shows the lights alone, 1 has direct light.\n"
              "roulette: interactions before paths may end by chance. strategy: how directions to lights with an extent\n"
-             "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.")
+             "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.\n"
+             "variance: draw two independent halves, which tell it; without, there is a little less noise, but\n"
+             "variance, error and target are refused.")
         .def("advance", [](Render& r, int samples) {
             require(samples >= 0, "samples", "at least 0", samples);
             nb::gil_scoped_release unlocked;
             r.advance(samples);
-        }, "samples"_a, "Adds so many samples to each pixel that is not finished: to the last bit the same for any number\n"
-                        "of threads, and however they are split into calls.")
+        }, "samples"_a, "Adds so many samples to each pixel that is not finished: to the last bit the same for any\n"
+                        "number of threads, and however they are split into calls.")
         .def("set_target", [](Render& r, double error) {
             require(error >= 0, "error", "at least 0", error);
+            require_variance(r);
             r.set_target(error);
         }, "error"_a, "Tiles of 16 x 16 pixels are finished as soon as their root mean square standard error over the\n"
                       "mean of the picture is below; 0: never. Looked at after 16, 32, 64 .. samples.")
@@ -88,17 +95,22 @@ void bind_render(nb::module_& m) {
             return picture<std::int32_t>(r.film(), 1, [](std::size_t, int n, std::int32_t* out) { *out = n; });
         }, "Samples of each pixel, [h,w] int32.")
         .def("beauty", [](const Render& r) {
-            return picture<double>(r.film(), 3, [&](std::size_t p, int n, double* out) { write(r.film().mean(p, n), out); });
+            return picture<double>(r.film(), 3,
+                                   [&](std::size_t p, int n, double* out) { write(r.film().mean(p, n), out); });
         }, "Mean radiance, [h,w,3], linear RGB.")
         .def("variance", [](const Render& r) {
+            require_variance(r);
             return picture<double>(r.film(), 3,
                                    [&](std::size_t p, int n, double* out) { write(r.film().variance(p, n), out); });
-        }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one degree\n"
-           "of freedom a pixel. Take means over some pixels. 0 before there are two samples.")
-        .def("layers", &layers, "What each light has to do with the picture, [lights,h,w,3], in the order of light_names.")
-        .def("error", [](const Render& r) { return r.film().error(); },
-             "Root mean square standard error of the pixels over the mean of the picture; infinite before there are two\n"
-             "samples everywhere.")
+        }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one\n"
+           "degree of freedom a pixel. Take means over some pixels. 0 before there are two samples.")
+        .def("layers", &layers, "What each light has to do with it, [lights,h,w,3], in the order of light_names.")
+        .def("error", [](const Render& r) {
+            require_variance(r);
+            return r.film().error();
+        },
+             "Root mean square standard error of the pixels over the mean of the picture; infinite before there are\n"
+             "two samples everywhere.")
         .def("state", [](const Render& r) {
             PyObject* bytes = PyBytes_FromStringAndSize(nullptr, static_cast<Py_ssize_t>(r.state_size()));
             if (!bytes) throw nb::python_error();
@@ -106,6 +118,6 @@ void bind_render(nb::module_& m) {
             return nb::steal<nb::bytes>(bytes);
         }, "All that an equal render needs to go on to the same bits.")
         .def("restore", [](Render& r, nb::bytes s) { r.restore({s.c_str(), s.size()}); }, "state"_a,
-             "Takes over a state. ValueError where it belongs to another scene, camera, size or setting, or is damaged;\n"
-             "then nothing has changed.");
+             "Takes over a state. ValueError where it belongs to another scene, camera, size or setting, or is\n"
+             "damaged; then nothing has changed.");
 }

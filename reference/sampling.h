@@ -11,8 +11,8 @@
 
 namespace lobe {
 
-// Owen's nested uniform scrambling of the binary digits, from the lowest to the highest: each digit is flipped by a hash
-// of those below it. Laine, Karras 2011, with the constants of Vegdahl, Building a better LK hash, 2021.
+// Owen's nested uniform scrambling of the binary digits, from the lowest to the highest: each digit is flipped by a
+// hash of those below it. Laine, Karras 2011, with the constants of Vegdahl, Building a better LK hash, 2021.
 inline std::uint32_t scrambled_upwards(std::uint32_t x, std::uint32_t seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
@@ -39,17 +39,19 @@ inline std::uint32_t times_pascal(std::uint32_t x) {
     return x ^ (x >> 16);
 }
 
-// The points of one sample of a pixel: any number of pairs, the k-th of which is, over the samples, a (0, 2)-sequence of
-// its own. Burley, Practical hash-based Owen scrambling, JCGT 2020: the sequence is Sobol's, its order is shuffled and
-// its digits are scrambled from pair to pair, both after Owen, so that all lengths 2^n keep their evenness, every point
-// is uniform by itself, and no pair knows of another.
+// The points of one sample of a pixel: any number of pairs, the k-th of which is, over the samples, a (0, 2)-sequence
+// of its own. Burley, Practical hash-based Owen scrambling, JCGT 2020: the sequence is Sobol's, its order is shuffled
+// and its digits are scrambled from pair to pair, both after Owen, so that all lengths 2^n keep their evenness, every
+// point is uniform by itself, and no pair knows of another.
 class Sample {
 public:
     Sample(std::uint64_t sequence, std::uint32_t index) : sequence_(sequence), index_(reversed_bits(index)) {}
 
     Vec2 pair(std::uint32_t k) const {
-        const std::uint64_t a = scrambled(sequence_ + (2 * k + 1) * GOLDEN), b = scrambled(sequence_ + (2 * k + 2) * GOLDEN);
-        // scrambled from the lowest digit of the reversed index, and so from the highest of the index: blocks stay whole
+        const std::uint64_t a = scrambled(sequence_ + (2 * k + 1) * GOLDEN);
+        const std::uint64_t b = scrambled(sequence_ + (2 * k + 2) * GOLDEN);
+        // scrambled from the lowest digit of the reversed index, and so from the highest of the index: blocks stay
+        // whole
         const std::uint32_t reversed = scrambled_upwards(index_, static_cast<std::uint32_t>(a));
         const std::uint32_t x = reversed_bits(reversed), y = times_pascal(x);
         return {fraction(scrambled_upwards(x, static_cast<std::uint32_t>(a >> 32))),
@@ -65,8 +67,8 @@ private:
     std::uint32_t index_;
 };
 
-// Picks one of several weights, u in [0, 1), and gives back in u what chance is left. The last positive one catches what
-// rounding leaves over. -1 where all weights are 0.
+// Picks one of several weights, u in [0, 1), and gives back in u what chance is left. The last positive one catches
+// what rounding leaves over. -1 where all weights are 0.
 inline int pick(const double* weights, int count, double& u) {
     double sum = 0;
     for (int i = 0; i < count; ++i) sum += weights[i];

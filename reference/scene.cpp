@@ -227,7 +227,8 @@ std::vector<std::pair<int, int>> Scene::enclosed_lights() const {
     for (std::size_t i = 0; i < sources_.size(); ++i) {
         const int id = static_cast<int>(i);
         if (const auto* l = std::get_if<Light>(&sources_[i]); l && !l->at_infinity) check(id, l->place);
-        if (const auto* l = std::get_if<RectangleLight>(&sources_[i])) check(id, l->center + l->axes.z * (2 * l->offset));
+        if (const auto* l = std::get_if<RectangleLight>(&sources_[i]))
+            check(id, l->center + l->axes.z * (2 * l->offset));
         if (const auto* l = std::get_if<SphereLight>(&sources_[i]))
             check(id, l->center + Vec3(0, l->radius + 2 * l->offset, 0));
     }
@@ -242,6 +243,7 @@ void Scene::require(int id) const {
 
 void Scene::set_material(int id, Material material) {
     require(id);
+    objects_[id].turned = std::any_of(material.lobes.begin(), material.lobes.end(), [](auto& l) { return l.turned(); });
     objects_[id].material = std::move(material);
     ++version_;
 }
@@ -252,12 +254,14 @@ const Mesh& Scene::mesh(int id) const {
     throw std::invalid_argument("object " + std::to_string(id) + " is not a mesh");
 }
 
-std::optional<Scene::Found> Scene::find(const Ray& ray) const {
+std::optional<Scene::Found> Scene::find(const Ray& ray, Detail detail) const {
     const RTCHit hit = first_hit(scene_.get(), ray).hit;
     if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const Hit where{hit.primID, hit.u, hit.v};
-    const auto surface = [&](const auto& shape) { return shape.surface(ray, where); };
-    return Found{static_cast<int>(hit.geomID), hit.primID, std::visit(surface, objects_[hit.geomID].shape)};
+    const Object& object = objects_[hit.geomID];
+    if (object.turned) detail = Detail::all;
+    const auto surface = [&](const auto& shape) { return shape.surface(ray, where, detail); };
+    return Found{static_cast<int>(hit.geomID), hit.primID, std::visit(surface, object.shape)};
 }
 
 Ray Scene::leaving(const Found& found, const Vec3& L) const {
@@ -267,8 +271,9 @@ Ray Scene::leaving(const Found& found, const Vec3& L) const {
 
 bool Scene::visible(const Found& found, const Vec3& L, double distance) const {
     const Vec3 origin = leaving(found, L).origin;
-    if (distance == std::numeric_limits<double>::infinity()) return reaches(scene_.get(), float_ray(origin, L, distance));
-    return reaches(scene_.get(), float_ray(origin, found.surface.position + L * distance - origin, 1));
+    const bool endless = distance == std::numeric_limits<double>::infinity();
+    const Vec3 way = endless ? L : found.surface.position + L * distance - origin;
+    return reaches(scene_.get(), float_ray(origin, way, endless ? distance : 1));
 }
 
 Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {

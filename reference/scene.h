@@ -45,7 +45,8 @@ public:
         std::variant<Mesh, Sphere, Plane> shape;
         double offset;  // by which rays start above the surface
         Material material;
-        int source = NONE;  // the light that it is
+        int source = NONE;     // the light that it is
+        bool turned = false;  // a lobe of its material takes a tangent
     };
     struct Found {
         int object;
@@ -76,14 +77,14 @@ public:
     int version() const { return version_; }
     std::uint64_t fingerprint() const;
 
-    // The object that the point lies within: from there, all of many rays first meet its surface from behind, but for those
-    // that meet a light. NONE where there is no such object.
+    // The object that the point lies within: from there, all of many rays first meet its surface from behind, but for
+    // those that meet a light. NONE where there is no such object.
     int enclosing(const Vec3& point) const;
     // Point and area lights that an object encloses, so that their light does not get out: (light, object).
     std::vector<std::pair<int, int>> enclosed_lights() const;
 
-    // The first surface that a ray meets.
-    std::optional<Found> find(const Ray& ray) const;
+    // The first surface that a ray meets. Detail::normals leaves out the tangent where the material takes none.
+    std::optional<Found> find(const Ray& ray, Detail detail = Detail::all) const;
     // The ray that leaves a surface towards L.
     Ray leaving(const Found& found, const Vec3& L) const;
     // Whether nothing stands on the way from a surface towards L, up to the distance.

@@ -269,9 +269,10 @@ void bind_scene(nb::module_& m) {
              "it runs around the y axis. uv in 0..1 along T and N x T. Returns the object's id.")
         .def("set_material", &set_material, "id"_a, "lobes"_a, "mirror"_a = nb::none(), "glass"_a = nb::none(),
              "Sum of lobes: a list of (key, parameters), such as ('lobe_Lambert(vec3,vec3,vec3,vec3)',\n"
-             "{'albedo': (0.5, 0.5, 0.5)}). An object without material is black. For Render, too: mirror, an ideal one,\n"
-             "{'f0': rgb} with Schlick's reflectance or {'eta': rgb, 'k': rgb} with the exact one; and glass, {'eta': n}, an\n"
-             "ideal boundary, n being the index on the side from which the normal points away, over that of the other.")
+             "{'albedo': (0.5, 0.5, 0.5)}). An object without material is black. For Render, too: mirror, an ideal\n"
+             "one, {'f0': rgb} with Schlick's reflectance or {'eta': rgb, 'k': rgb} with the exact one; and glass,\n"
+             "{'eta': n}, an ideal boundary, n being the index on the side from which the normal points away, over that\n"
+             "of the other.")
         .def("add_directional_light", [](Scene& scene, nb::handle towards, nb::handle rgb) {
             scene.add(Light{true, direction(towards, "direction_towards_light"), colour(rgb, "irradiance_rgb")});
         }, "direction_towards_light"_a, "irradiance_rgb"_a, "irradiance_rgb: on a surface that faces the light.")
@@ -279,18 +280,18 @@ void bind_scene(nb::module_& m) {
             scene.add(Light{false, vector(position, "position"), colour(rgb, "intensity_rgb")});
         }, "position"_a, "intensity_rgb"_a, "intensity_rgb: irradiance at distance 1, facing the light.")
         .def("add_rectangle_light", &add_rectangle_light, "center"_a, "half_u"_a, "half_v"_a, "radiance"_a,
-             "A rectangle, center +- half_u +- half_v, that emits rgb radiance on the side of half_u x half_v. Like the\n"
-             "next one it is an object, seen and in the way of light, and its id is returned. For Render alone.")
+             "A rectangle, center +- half_u +- half_v, that emits rgb radiance on the side of half_u x half_v. Like\n"
+             "the next one it is an object, seen and in the way of light, and its id is returned. For Render alone.")
         .def("add_sphere_light", &add_sphere_light, "center"_a, "radius"_a, "radiance"_a,
              "A sphere that emits rgb radiance outwards.")
         .def("set_environment", &set_environment, "pixels"_a, "rotation_degrees"_a = 0.0,
-             "Radiance from far away, [h,w,3] latitude-longitude: +y on top, in the first row, -z in the middle, +x right\n"
-             "of it. rotation_degrees turns it about +y, from +z towards +x. For Render alone.")
+             "Radiance from far away, [h,w,3] latitude-longitude: +y on top, in the first row, -z in the middle, +x\n"
+             "right of it. rotation_degrees turns it about +y, from +z towards +x. For Render alone.")
         .def_prop_ro("light_names", &Scene::light_names, "In the order of adding, but the environment last.")
         .def("enclosed_lights", &Scene::enclosed_lights,
              "Pairs (light, object): lights that lie within an object which is no glass, so that none of it gets out.")
-        .def("enclosing", [](const Scene& s, nb::handle point) { return s.enclosing(vector(point, "point")); }, "point"_a,
-             "The object that the point lies within: from there, all rays first meet it from behind. -1: none.")
+        .def("enclosing", [](const Scene& s, nb::handle point) { return s.enclosing(vector(point, "point")); },
+             "point"_a, "The object that the point lies within: from there, all rays first meet it from behind. -1: none.")
         .def("normals", [](const Scene& s, int id) { return vectors_of(s.mesh(id).normals); }, "id"_a,
              "Unit normals of a mesh as the tracer uses them, [v,3].")
         .def("tangents", [](const Scene& s, int id) { return vectors_of(s.mesh(id).tangents); }, "id"_a,

@@ -79,7 +79,7 @@ Mesh::Mesh(std::vector<Vec3> vertices_, std::vector<Face> faces_, std::vector<Ve
 
 // The point where the ray's line meets the triangle's plane, by Cramer's rule, drawn back into the triangle where the
 // float hit lay beside it. A ray within the plane has no such point; there the barycentrics of Embree stand.
-Surface Mesh::surface(const Ray& ray, const Hit& hit) const {
+Surface Mesh::surface(const Ray& ray, const Hit& hit, Detail detail) const {
     const Face& f = faces[hit.primitive];
     const Vec3& origin = vertices[f[0]];
     const Vec3 e1 = vertices[f[1]] - origin, e2 = vertices[f[2]] - origin, area = e1.cross(e2);
@@ -93,8 +93,11 @@ Surface Mesh::surface(const Ray& ray, const Hit& hit) const {
     u = std::clamp(u, 0.0, 1.0);
     v = std::clamp(v, 0.0, 1 - u);
     const Vec3 N = interpolate(normals, f, u, v).normalized();
-    return {origin + e1 * u + e2 * v, N, orthonormal_tangent(N, interpolate(tangents, f, u, v)), area.normalized(),
-            uv.empty() ? Vec2(0) : interpolate(uv, f, u, v)};
+    Surface s{origin + e1 * u + e2 * v, N, area.normalized()};
+    if (detail == Detail::normals) return s;
+    s.T = orthonormal_tangent(N, interpolate(tangents, f, u, v));
+    if (!uv.empty()) s.uv = interpolate(uv, f, u, v);
+    return s;
 }
 
 double Mesh::largest_coordinate() const {
@@ -104,23 +107,27 @@ double Mesh::largest_coordinate() const {
 }
 
 // The chord's middle is the foot of the perpendicular from the centre; the ends lie half a chord before and after it.
-Surface Sphere::surface(const Ray& ray, const Hit&) const {
+Surface Sphere::surface(const Ray& ray, const Hit&, Detail detail) const {
     const Vec3 from_center = ray.origin - center;
     const Vec3 foot = from_center - ray.direction * ray.direction.dot(from_center);
     const double half_chord = std::sqrt(std::max(0.0, radius * radius - foot.length2()));
     const bool outside = from_center.length2() > radius * radius;
     const Vec3 N = (foot + ray.direction * (outside ? -half_chord : half_chord)).normalized();
+    Surface s{center + N * radius, N, N};
+    if (detail == Detail::normals) return s;
     const double turns = std::atan2(-N.z, N.x) / (2 * PI), latitude = std::atan2(N.y, std::hypot(N.x, N.z));
-    return {center + N * radius, N, tangent_around_y(N), N, {turns < 0 ? turns + 1 : turns, latitude / PI + 0.5}};
+    s.T = tangent_around_y(N);
+    s.uv = {turns < 0 ? turns + 1 : turns, latitude / PI + 0.5};
+    return s;
 }
 
 double Sphere::largest_coordinate() const { return largest(center) + radius; }
 
-Surface Plane::surface(const Ray& ray, const Hit&) const {
+Surface Plane::surface(const Ray& ray, const Hit&, Detail) const {
     const Vec3 B = N.cross(T), to_center = center - ray.origin;
     const Vec3 in_plane = ray.direction * (to_center.dot(N) / ray.direction.dot(N)) - to_center;
     const double x = std::clamp(in_plane.dot(T), -half_x, half_x), y = std::clamp(in_plane.dot(B), -half_y, half_y);
-    return {center + T * x + B * y, N, T, N, Vec2(x / half_x, y / half_y) / 2 + Vec2(0.5)};
+    return {center + T * x + B * y, N, N, T, Vec2(x / half_x, y / half_y) / 2 + Vec2(0.5)};
 }
 
 double Plane::largest_coordinate() const { return largest(center) + half_x + half_y; }

@@ -12,10 +12,12 @@ namespace lobe {
 struct Surface {
     Vec3 position;
     Vec3 N;       // unit shading normal, not flipped towards the ray
-    Vec3 T;       // unit, orthogonal to N
     Vec3 facing;  // unit normal of the flat primitive
-    Vec2 uv;
+    Vec3 T{0};    // unit, orthogonal to N
+    Vec2 uv{0};
 };
+
+enum class Detail { normals, all };  // whether T and uv are wanted, too; else they are null
 
 // What Embree reports of a hit: the primitive and, on a triangle, the barycentrics of its second and third vertex.
 struct Hit {
@@ -44,7 +46,7 @@ struct Mesh {
     Mesh(std::vector<Vec3> vertices, std::vector<Face> faces, std::vector<Vec3> normals = {}, std::vector<Vec2> uv = {},
          std::vector<Vec3> tangents = {});
 
-    Surface surface(const Ray& ray, const Hit& hit) const;
+    Surface surface(const Ray& ray, const Hit& hit, Detail detail) const;
     double largest_coordinate() const;
 };
 
@@ -53,7 +55,7 @@ struct Sphere {
     Vec3 center;
     double radius;
 
-    Surface surface(const Ray& ray, const Hit&) const;
+    Surface surface(const Ray& ray, const Hit&, Detail detail) const;
     double largest_coordinate() const;
 };
 
@@ -63,7 +65,7 @@ struct Plane {
     Vec3 N, T;  // orthonormal
     double half_x, half_y = half_x;
 
-    Surface surface(const Ray& ray, const Hit&) const;
+    Surface surface(const Ray& ray, const Hit&, Detail detail) const;
     double largest_coordinate() const;
     std::array<Vec3, 4> corners() const;
 };

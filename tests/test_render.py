@@ -29,16 +29,149 @@ def mean_and_error(render):
     return beauty.mean(), np.sqrt(render.variance().mean(axis=2).sum()) / (beauty.size / 3)
 
 
-@pytest.mark.parametrize("strategy", ("mis", "lobe", "light"))
-def test_white_furnace_of_lambert(strategy):
+EON = "lobe_OrenNayar_EON(vec3,vec3,vec3,vec3,float)"
+GGX_MULTIPLE = "lobe_GGX_multiple(vec3,vec3,vec3,vec3,float)"
+WHITE = (1.0, 1.0, 1.0)
+PRESERVING = {
+    "lambert": lambert(1),
+    **{f"EON {r}": [(EON, {"albedo": WHITE, "roughness": r})] for r in (0.0, 0.25, 0.5, 1.0)},
+    **{f"GGX {a}": [(key, {"f0": WHITE, "alpha": a}) for key in (GGX, GGX_MULTIPLE)] for a in (0.01, 0.1, 0.3, 1.0)},
+}
+
+
+@pytest.mark.parametrize("lobes", PRESERVING)
+def test_white_furnace(lobes):
+    """What these lobes lose, nobody sees but the light that they do not give back."""
+    slow = GGX_MULTIPLE in dict(PRESERVING[lobes])  # a quadrature for each direction
+    render = rendered(furnace(PRESERVING[lobes]), SPHERE_CAMERA, *((32, 6) if slow else (256, 16)), depth=1)
+    mean, error = mean_and_error(render)
+    assert abs(mean - 1) <= 3 * error + 1e-9 and error < 0.02
+
+
+@pytest.mark.parametrize("strategy", ("lobe", "light"))
+def test_white_furnace_by_either_strategy(strategy):
     mean, error = mean_and_error(rendered(furnace(lambert(1)), SPHERE_CAMERA, 64, strategy=strategy))
     assert abs(mean - 1) <= 3 * error + 1e-12
 
 
-@pytest.mark.parametrize("parts", ({"mirror": {"f0": (1, 1, 1)}}, {"glass": {"eta": 1.5}}, {"glass": {"eta": 0.7}}))
+@pytest.mark.parametrize("parts", ({"mirror": {"f0": WHITE}}, {"glass": {"eta": 1.5}}, {"glass": {"eta": 0.7}}))
 def test_mirror_and_glass_lose_no_light(parts):
     beauty = rendered(furnace([], **parts), SPHERE_CAMERA, 16, depth=200, roulette=200).beauty()
     assert np.abs(beauty - 1).max() < 1e-12
+
+
+def test_a_mirror_reflects_as_much_as_fresnel_says():
+    eta, k = (0.14, 0.37, 1.44), (4.5, 2.5, 1.9)
+    scene = reference.Scene()
+    scene.set_material(scene.add_plane((0, 0, 0), (0, 0, 1), 9), [], mirror={"eta": eta, "k": k})
+    scene.set_environment(np.ones((4, 8, 3)))
+    image = rendered(scene, reference.Camera((0, 0, 1), (0, 0, 0), (0, 1, 0), 0.01), 2, size=2).beauty()
+    n = np.array(eta) + 1j * np.array(k)
+    assert np.allclose(image, np.abs((n - 1) / (n + 1)) ** 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("depth", (0, 1, 2, 5, 60))
+def test_a_closed_box_that_glows_is_a_geometric_series(depth):
+    """Walls of albedo a that emit 1: the sum of a^k up to the depth, everywhere and in every direction."""
+    albedo, scene = 0.6, reference.Scene()
+    for axis in range(3):
+        for side in (-1, 1):
+            u, v = np.roll((0, side, 0), axis), np.roll((0, 0, 1), axis)
+            wall = scene.add_rectangle_light(np.roll((-side, 0, 0), axis), u * 1.01, v * 1.01, (1, 1, 1))
+            scene.set_material(wall, lambert(albedo))
+    camera = reference.Camera((0.3, 0.2, 0.1), (0.9, -0.8, 0.4), (0, 1, 0), 90)
+    render = rendered(scene, camera, 64, depth=depth, roulette=2)
+    mean, error = mean_and_error(render)
+    expected = (1 - albedo ** (depth + 1)) / (1 - albedo)
+    assert abs(mean - expected) <= 3 * error + 1e-12 and error < 0.01
+
+
+def seen_at(point, scene, samples, **settings):
+    """A patch of the scene, so small that the light on it does not vary."""
+    camera = reference.Camera(np.add(point, (0.001, 0.005, 0.006)), point, (0, 1, 0), 1e-3)
+    return mean_and_error(rendered(scene, camera, samples, size=4, depth=1, **settings))
+
+
+def lit_plane(albedo=1.0):
+    scene = reference.Scene()
+    scene.set_material(scene.add_plane((0, 0, 0), (0, 1, 0), 9), lambert(albedo))
+    return scene
+
+
+def polygon_form_factor(point, normal, corners):
+    """Lambert 1760: half the sum of the edges' angles, each turned towards the normal, over pi."""
+    to = [(c - point) / np.linalg.norm(c - point) for c in corners]
+    edges = zip(to, to[1:] + to[:1])
+    turned = ((np.arccos(a @ b), np.cross(a, b)) for a, b in edges)
+    return abs(sum(angle * (n @ normal) / np.linalg.norm(n) for angle, n in turned)) / (2 * np.pi)
+
+
+# near and far, under the light and beside it: drawn by solid angle and by area
+@pytest.mark.parametrize("strategy", ("mis", "light"))
+@pytest.mark.parametrize("point", ((0.3, 0, 0.2), (0, 0, 0), (-1.5, 0, 0.3), (0.3, 0, 6), (8, 0, 3)))
+def test_light_of_a_rectangle_is_the_form_factor(point, strategy):
+    center, u, v = np.array((0.3, 0.7, 0.2)), np.array((0.5, 0.1, 0)), np.array((0.0, 0, 0.7))
+    scene = lit_plane(0.8)
+    scene.add_rectangle_light(center, u, v, (3, 3, 3))
+    mean, error = seen_at(point, scene, 1024, strategy=strategy)
+    corners = [center - u - v, center + u - v, center + u + v, center - u + v]
+    expected = 0.8 * 3 * polygon_form_factor(np.array(point), np.array((0, 1, 0)), corners)
+    assert abs(mean - expected) <= 3 * error + 1e-6 * expected
+    assert error < 2e-3 * expected
+
+
+@pytest.mark.parametrize("radius", (0.01, 0.5, 0.99))
+def test_light_of_a_sphere_is_its_closed_form(radius):
+    center = np.array((0.0, 1, 0))
+    scene = lit_plane()
+    scene.add_sphere_light(center, radius, (3, 3, 3))
+    for point in ((0, 0, 0), (1.2, 0, -0.5)):
+        mean, error = seen_at(point, scene, 1024)
+        distance = np.linalg.norm(center - point)
+        expected = 3 * radius**2 / distance**2 / distance  # L pi (r/d)^2 cos, over pi
+        assert abs(mean - expected) <= 3 * error + 1e-5 * expected and error < 0.01 * expected
+
+
+def probe(seed=3):
+    return np.random.default_rng(seed).random((6, 12, 3)).astype(np.float32) ** 4 * 5
+
+
+def looked_up(pixels, direction, rotation=0.0):
+    """The convention, written anew: +y on top, -z in the middle, +x right of it, bilinear between centres."""
+    height, width = pixels.shape[:2]
+    azimuth = np.degrees(np.arctan2(direction[..., 0], -direction[..., 2])) + rotation
+    x = (azimuth / 360 + 0.5) * width - 0.5
+    y = np.degrees(np.arccos(direction[..., 1])) / 180 * height - 0.5
+    x0, y0 = np.floor(x).astype(int), np.floor(y).astype(int)
+    fx, fy = (x - x0)[..., None], (y - y0)[..., None]
+    at = lambda i, j: pixels[np.clip(j, 0, height - 1), i % width]
+    upper = at(x0, y0) * (1 - fx) + at(x0 + 1, y0) * fx
+    lower = at(x0, y0 + 1) * (1 - fx) + at(x0 + 1, y0 + 1) * fx
+    return upper * (1 - fy) + lower * fy
+
+
+@pytest.mark.parametrize("rotation", (0.0, 37.0))
+@pytest.mark.parametrize("target", ((0, 0, -1), (1, 0.2, 0), (-0.5, -0.9, 0.3), (0.4, 0.99, 0.1)))
+def test_an_environment_is_seen_where_it_belongs(target, rotation):
+    scene = reference.Scene()
+    scene.set_environment(probe(), rotation)
+    image = rendered(scene, reference.Camera((0, 0, 0), target, (0, 1, 0), 1e-4), 2, size=2).beauty()
+    assert np.allclose(image, looked_up(probe(), np.array(target) / np.linalg.norm(target), rotation), rtol=1e-3)
+
+
+@pytest.mark.parametrize("strategy", ("mis", "light"))
+def test_light_of_an_environment_is_its_quadrature(strategy):
+    scene = lit_plane()
+    scene.set_environment(probe(), 37)
+    camera = reference.Camera((0.1, 0.5, 0.6), (0, 0, 0), (0, 1, 0), 1e-3)
+    render = rendered(scene, camera, 1024, size=4, depth=1, strategy=strategy)
+    n = 600
+    cos, phi = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n * 2 * np.pi)
+    sin = np.sqrt(1 - cos**2)
+    light = looked_up(probe(), np.stack((sin * np.cos(phi), cos, sin * np.sin(phi)), -1), 37)
+    expected = (light * cos[..., None]).mean((0, 1)) * 2  # over pi, of a half sphere of 2 pi
+    mean, error = render.beauty().mean((0, 1)), np.sqrt(render.variance().sum((0, 1))) / 16
+    assert np.all(np.abs(mean - expected) <= 4 * error + 1e-4 * expected) and np.all(error < 5e-3 * expected)
 
 
 def still_life():
@@ -71,6 +204,59 @@ def test_neither_threads_nor_calls_nor_a_stop_change_a_bit():
         assert np.array_equal(other.layers(), pictures[0].layers())
 
 
+def block_means(image, size=8):
+    """Means over blocks of pixels, since a pixel's own variance has but one degree of freedom."""
+    blocks = image[..., 1].reshape(image.shape[0] // size, size, image.shape[1] // size, size)
+    return blocks.mean((1, 3))
+
+
+def z_scores(a, b, size=8):
+    """Differences of two independent renders over what their variances promise."""
+    variance = (block_means(a.variance(), size) + block_means(b.variance(), size)) / size**2
+    return ((block_means(a.beauty(), size) - block_means(b.beauty(), size)) / np.sqrt(variance)).ravel()
+
+
+@pytest.mark.parametrize("strategy", ("lobe", "light"))
+def test_both_strategies_together_show_what_either_shows_alone(strategy):
+    scene = still_life()
+    z = z_scores(rendered(scene, SPHERE_CAMERA, 128, size=64, depth=3),
+                 rendered(scene, SPHERE_CAMERA, 256, size=64, depth=3, strategy=strategy, seed=1))
+    assert abs(z.mean()) < 4 / np.sqrt(z.size) and z.std() < 1.3
+
+
+def test_the_variance_is_honest():
+    scene = still_life()
+    renders = [rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=seed) for seed in range(8)]
+    z = np.concatenate([z_scores(a, b) for a, b in zip(renders[::2], renders[1::2])])  # 256 of them
+    assert 0.85 < z.std() < 1.18 and abs(z.mean()) < 4 / np.sqrt(z.size)
+
+
+def test_without_variance_nothing_is_said_of_it():
+    render = rendered(still_life(), SPHERE_CAMERA, 4, variance=False)
+    assert np.all(np.isfinite(render.beauty()))
+    for ask in (render.variance, render.error, lambda: render.set_target(0.1)):
+        with pytest.raises(ValueError, match="the render was made without"):
+            ask()
+
+
+def test_tiles_finish_when_they_are_good_enough():
+    def adaptive(steps):
+        render = reference.Render(still_life(), reference.Camera((1, 2, 6), (0, 0, 0), (0, 1, 0), 35), 48, 48)
+        render.set_target(0.015)
+        for step in steps:
+            render.advance(step)
+        return render
+
+    render = adaptive((512,))
+    samples = render.samples()
+    assert set(np.unique(samples)) <= {16, 32, 64, 128, 256, 512} and samples.min() < samples.max()
+    assert np.array_equal(render.beauty(), adaptive((100, 29, 383)).beauty())
+    tile = (slice(0, 16), slice(0, 16))
+    while not render.finished:
+        render.advance(512)
+    assert np.sqrt(render.variance()[tile].mean()) <= 0.015 * render.beauty().mean() * 1.05  # the mean has moved since
+
+
 def test_layers_add_up_to_the_beauty():
     scene = still_life()
     render = rendered(scene, SPHERE_CAMERA, 8, layers=True)
@@ -88,7 +274,8 @@ def test_direct_light_is_that_of_beauty():
 
 
 WRONG = {
-    "half_u, half_v: expected perpendicular": lambda s: s.add_rectangle_light((0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 1)),
+    "half_u, half_v: expected perpendicular":
+        lambda s: s.add_rectangle_light((0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 1)),
     "radiance: expected no negative": lambda s: s.add_sphere_light((0, 0, 0), 1, (1, -1, 1)),
     "environment: all of it is black": lambda s: s.set_environment(np.zeros((4, 8, 3))),
     "environment: expected finite numbers of at least 0, got -1": lambda s: s.set_environment(-np.ones((4, 8, 3))),
@@ -98,7 +285,8 @@ WRONG = {
     "strategy: expected mis, lobe or light": lambda s: reference.Render(s, SPHERE_CAMERA, 4, 4, strategy="both"),
     "depth: expected at least 0": lambda s: reference.Render(s, SPHERE_CAMERA, 4, 4, depth=-1),
     "width: expected at least 1": lambda s: reference.Render(s, SPHERE_CAMERA, 0, 4),
-    "state: it belongs to another": lambda s: rendered(s, SPHERE_CAMERA, 1).restore(rendered(s, SPHERE_CAMERA, 1, seed=1).state()),
+    "state: it belongs to another":
+        lambda s: rendered(s, SPHERE_CAMERA, 1).restore(rendered(s, SPHERE_CAMERA, 1, seed=1).state()),
     "state: damaged": lambda s: rendered(s, SPHERE_CAMERA, 1).restore(rendered(s, SPHERE_CAMERA, 1).state()[:-1]),
 }
 

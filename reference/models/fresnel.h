@@ -40,14 +40,21 @@ inline Vec2 lobe_T_dielectric_sp(double cosI, double eta) {
 inline double lobe_T_dielectric(double cosI, double eta) { return unpolarised(lobe_T_dielectric_sp(cosI, eta)); }
 
 // The same amplitudes with the complex index eta + i k, Born & Wolf, sec. 14.2: Snell's law holds as it stands. Near an
-// index match c - g cancels; the digits of long double pay for it. Without an interface, eta = 1 and k = 0, F = 0.
+// index match c - g cancels; the digits of long double pay for it. g, the root of z = n^2 - sin^2, is written out with
+// its real part a and imaginary part b: 2 a^2 = |z| + Re z, 2 a b = Im z. Without an interface, eta = 1 and k = 0, F = 0.
 inline Vec2 lobe_F_conductor_sp(double cosI, double eta, double k) {
-    using Complex = std::complex<long double>;
     if (eta == 1 && k == 0) return Vec2(0);
-    const long double c = clamp_cosine(cosI);
-    const Complex n(eta, k), g = std::sqrt((n - 1.0L) * (n + 1.0L) + c * c), n2c = n * n * c;
-    const auto reflectance = [](Complex r) { return std::min(1.0, double(std::norm(r))); };
-    return {reflectance((c - g) / (c + g)), reflectance((n2c - g) / (n2c + g))};
+    using Real = long double;
+    const Real c = clamp_cosine(cosI), n = eta, re = (n - 1) * (n + 1) - Real(k) * k + c * c, im = 2 * n * k;
+    const Real size = std::sqrt(re * re + im * im);
+    // of the two roots that size +- re allow, the one without a difference of near numbers
+    const Real larger = std::sqrt((size + std::abs(re)) / 2), smaller = larger > 0 ? im / (2 * larger) : 0;
+    const Real a = re > 0 ? larger : smaller, b = re > 0 ? smaller : larger;
+    const auto reflectance = [&](Real x, Real y) {  // |(x + iy - g) / (x + iy + g)|^2
+        const Real below = (x + a) * (x + a) + (y + b) * (y + b);
+        return std::min(1.0, double(((x - a) * (x - a) + (y - b) * (y - b)) / below));
+    };
+    return {reflectance(c, 0), reflectance((n * n - Real(k) * k) * c, im * c)};
 }
 inline double lobe_F_conductor(double cosI, double eta, double k) {
     return unpolarised(lobe_F_conductor_sp(cosI, eta, k));

@@ -1,0 +1,172 @@
+// What path tracing draws at random: sequences, proposals and lights against their densities and areas.
+#include "material.h"
+#include "render.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+namespace lobe {
+namespace {
+
+constexpr double PI = 3.14159265358979323846;
+
+// The mean of value(u) over a sequence of points.
+template <class Value> double mean_over(std::uint64_t sequence, int count, Value value) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) sum += value(Sample(sequence, i).pair(0));
+    return sum / count;
+}
+
+// The integral of value(L) over the sphere: midpoints.
+template <class Value> double over_sphere(int n, Value value) {
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < 2 * n; ++j) {
+            const double z = 2 * (i + 0.5) / n - 1, r = std::sqrt(1 - z * z), phi = PI * (j + 0.5) / n;
+            sum += value(Vec3(r * std::cos(phi), r * std::sin(phi), z));
+        }
+    return sum * 4 * PI / (2 * n * n);
+}
+
+// Sobol 1967: each elementary interval of area 2^-n holds one of any 2^n points that follow each other from a multiple.
+TEST(Sample, PairsAreZeroTwoSequences) {
+    for (std::uint32_t pair : {0u, 1u, 17u})
+        for (int start : {0, 3})
+            for (int n : {1, 4, 8})
+                for (int across = 0; across <= n; ++across) {
+                    std::set<std::pair<int, int>> cells;
+                    for (int i = start << n; i < (start + 1) << n; ++i) {
+                        const Vec2 p = Sample(42, i).pair(pair);
+                        cells.insert({int(p.x * (1 << across)), int(p.y * (1 << (n - across)))});
+                    }
+                    EXPECT_EQ(cells.size(), std::size_t(1) << n);
+                }
+}
+
+// Over the sequences, each point is uniform, and knows nothing of the other pairs of the same sample.
+TEST(Sample, IsUniformAndPairsAreIndependent) {
+    constexpr int SEQUENCES = 20000, BINS = 4;
+    for (int index : {0, 1, 7}) {
+        double counts[BINS][BINS][BINS] = {};
+        for (int s = 0; s < SEQUENCES; ++s) {
+            const Sample sample(s, index);
+            const Vec2 a = sample.pair(0), b = sample.pair(1);
+            ++counts[int(a.x * BINS)][int(a.y * BINS)][int(b.x * BINS)];
+        }
+        double chi2 = 0;
+        const double expected = double(SEQUENCES) / (BINS * BINS * BINS);
+        for (const auto& plane : counts)
+            for (const auto& row : plane)
+                for (double n : row) chi2 += (n - expected) * (n - expected) / expected;
+        EXPECT_LT(chi2, 63 + 4 * std::sqrt(2 * 63.0));
+    }
+}
+
+TEST(Sample, PicksInProportionAndHandsTheRestOn) {
+    const double weights[] = {0, 1, 0, 3, 0};
+    int counts[5] = {};
+    for (int i = 0; i < 1000; ++i) {
+        double u = (i + 0.5) / 1000;
+        const int chosen = pick(weights, 5, u);
+        ++counts[chosen];
+        EXPECT_NEAR(u, chosen == 1 ? (i + 0.5) / 250 : (i - 249.5) / 750, 1e-9);
+    }
+    EXPECT_EQ(counts[1], 250);
+    EXPECT_EQ(counts[3], 750);
+    double u = 0.5;
+    EXPECT_EQ(pick(weights, 1, u), -1);
+}
+
+// The density integrates to 1, and a smooth function has the same mean by drawing as by the density.
+TEST(Proposal, DrawsWhatItsDensitySays) {
+    const auto smooth = [](const Vec3& L) { return 1 + 0.5 * L.x + 0.3 * L.y * L.z + 0.2 * L.z; };
+    for (const Proposal& p : {Proposal::cosine(), Proposal::ggx(0.3, 0.3), Proposal::ggx(0.2, 0.7), Proposal::ggx(2, 2),
+                              Proposal::power(0), Proposal::power(20)})
+        for (const Vec3& V : {Vec3(0, 0, 1), Vec3(0.6, 0, 0.8), Vec3(-0.5, 0.8, 0.2).normalized()}) {
+            const double all = over_sphere(500, [&](const Vec3& L) { return p.density(V, L); });
+            const double by_density = over_sphere(500, [&](const Vec3& L) { return p.density(V, L) * smooth(L); });
+            EXPECT_NEAR(all, 1, 2e-3);
+            EXPECT_NEAR(mean_over(1, 1 << 14, [&](Vec2 u) { return smooth(p.sample(V, u)); }), by_density, 3e-3);
+        }
+}
+
+TEST(Lobe, ProposalKeepsTheWeightsSmall) {
+    const Lobe::Parameters wide{{"f0", {1, 1, 1}}, {"alpha", {0.05}}}, blinn{{"rs", {1, 1, 1}}, {"exponent", {200}}};
+    std::vector<Lobe> lobes = {{"lobe_Lambert(vec3,vec3,vec3,vec3)", {{"albedo", {1, 1, 1}}}},
+                               {"lobe_GGX(vec3,vec3,vec3,vec3,float)", wide},
+                               {"lobe_Beckmann(vec3,vec3,vec3,vec3,float)", wide},
+                               {"lobe_Phong(vec3,vec3,vec3,vec3,float)", blinn},
+                               {"lobe_BlinnPhong(vec3,vec3,vec3,vec3,float)", blinn}};
+    for (Lobe& lobe : lobes)
+        for (const Vec3& V : {Vec3(0.3, 0, 0.95).normalized(), Vec3(0.8, 0, 0.6)}) {
+            lobe.turn({0, 0, 1}, {1, 0, 0}, V);
+            double second = 0;
+            const double albedo = mean_over(2, 4096, [&](Vec2 u) {
+                const Vec3 L = lobe.proposal.sample(V, u);
+                const double weight = L.z > 0 ? lobe(L).x * L.z / lobe.proposal.density(V, L) : 0;
+                second += weight * weight / 4096;
+                return weight;
+            });
+            EXPECT_NEAR(lobe.albedo(V.z), albedo, 0.15 * albedo);
+            EXPECT_LT(second, 3 * albedo * albedo);
+        }
+}
+
+// Drawn directions lead to the light, with the density that it tells of them; the mean of 1 / density is its solid angle.
+template <class LightKind> void expect_honest(const LightKind& light, const Vec3& point, double solid_angle) {
+    const double measured = mean_over(3, 1 << 12, [&](Vec2 u) {
+        const LightSample s = light.sample(point, u);
+        EXPECT_NEAR(light.density(point, s.L), s.density, 1e-6 * s.density);
+        EXPECT_NEAR((s.estimate * s.density - Vec3(2)).length(), 0, 1e-9);
+        return 1 / s.density;
+    });
+    EXPECT_NEAR(measured, solid_angle, 2e-3 * solid_angle);
+}
+
+TEST(Light, DrawsARectangleBySolidAngle) {
+    const RectangleLight light{{0, 0, 2}, Basis(Vec3(0, 0, -1), Vec3(1, 0, 0)), 0.8, 0.5, Vec3(2), 0};
+    for (const Vec3& point : {Vec3(0), Vec3(0.8, 0.5, 1.5), Vec3(3, -1, 1.9), Vec3(0, 0, -20), Vec3(0.1, 0.2, 1.99)}) {
+        // Van Oosterom, Strackee 1983, of its two triangles
+        Vec3 c[4] = {{-.8, -.5, 2}, {.8, -.5, 2}, {.8, .5, 2}, {-.8, .5, 2}};
+        for (Vec3& v : c) v = (v - point).normalized();
+        double solid_angle = 0;
+        for (int i : {1, 2}) {
+            const double above = std::abs(c[0].dot(c[i].cross(c[i + 1])));
+            const double below = 1 + c[0].dot(c[i]) + c[i].dot(c[i + 1]) + c[i + 1].dot(c[0]);
+            solid_angle += 2 * std::atan2(above, below);
+        }
+        expect_honest(light, point, solid_angle);
+    }
+    EXPECT_EQ(light.sample({0, 0, 3}, {0.5, 0.5}).estimate, Vec3(0));  // behind
+    EXPECT_EQ(light.importance({0, 0, 3}, {0, 0, 1}), 0);
+}
+
+TEST(Light, DrawsASphereBySolidAngle) {
+    const SphereLight light{{1, 2, 3}, 0.5, Vec3(2), 0};
+    for (double distance : {0.51, 1.0, 30.0}) {
+        const double cap = 1 - std::sqrt(1 - 0.25 / (distance * distance));
+        expect_honest(light, Vec3(1, 2, 3) - Vec3(0.6, 0, 0.8) * distance, 2 * PI * cap);
+    }
+    EXPECT_EQ(light.sample({1, 2, 3.2}, {0.5, 0.5}).estimate, Vec3(0));  // from within
+}
+
+TEST(Environment, DrawsByItsLight) {
+    std::vector<float> pixels(3 * 16 * 8);
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = scrambled(i) % 100 < 80 ? 0 : scrambled(i) % 7;
+    const Environment light(pixels, 16, 8, 25);
+    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return light.density(Vec3(0), L); }), 1, 2e-3);
+    const auto above = [](const Vec3& v) { return std::max(v.y, 0.0) + 0.3 * v.z * v.z; };
+    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.radiance(L)) * above(L); });
+    const double drawn = mean_over(4, 1 << 14, [&](Vec2 u) {
+        const LightSample s = light.sample(Vec3(0), u);
+        EXPECT_NEAR((s.estimate * s.density - light.radiance(s.L)).length(), 0, 1e-6);
+        EXPECT_NEAR(light.density(Vec3(0), s.L), s.density, 1e-6 * s.density);
+        return luminance(s.estimate) * above(s.L);
+    });
+    EXPECT_NEAR(drawn, exact, 5e-3 * exact);
+}
+
+}  // namespace
+}  // namespace lobe
