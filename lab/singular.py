@@ -189,6 +189,8 @@ def _of_directions(function: Function) -> list[Set]:
     if {"N", "V", "L"} <= names:
         found.append(Set("H -> N", "sine between H and N", "L", 3, NEAREST, 1.0, _mirrored,
                          lambda x: _sine(x["N"], x["V"] + x["L"])))
+        found.append(Set("azimuths at right angles", "|cosine of the azimuth between V and L|", "azimuth of L", 4, NEAREST, 1.0,
+                         _at_right_angles, lambda x: np.abs(_cosine_of_azimuths(x))))
     elif {"N", "H"} <= names:
         found.append(_towards("H -> N", "sine between H and N", "H", 4, "N", 1.0))
         found.append(_horizon("H", 4))
@@ -247,3 +249,24 @@ def _mirrored(rng, x, d):
     H = _at_cosine(rng, x["N"], rng.normal(size=x["N"].shape), np.sqrt((1 - d) * (1 + d)))
     x["V"] = geometry.normalize(x["V"])  # in double: near grazing, unequal lengths would turn V + L
     x["L"] = 2 * H * geometry.dot(H, x["V"]) - x["V"]
+
+
+def _along(N: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """The part of v along the surface."""
+    return v - N * geometry.dot(N, v)
+
+
+def _cosine_of_azimuths(x: Inputs) -> np.ndarray:
+    v, l = (_along(x["N"], x[X]) for X in "VL")
+    product = np.linalg.norm(v, axis=1) * np.linalg.norm(l, axis=1)
+    return np.divide(np.sum(v * l, 1), product, out=np.full_like(product, np.nan), where=product > 0)
+
+
+def _at_right_angles(rng, x, d):
+    """L turned about N until the cosine of the azimuth between V and L is d, of either sign."""
+    N = geometry.normalize(x["N"])
+    length = np.linalg.norm(_along(N, x["L"]), axis=1, keepdims=True)
+    side = _side(rng, N, x["V"])
+    c = (d * rng.choice([-1.0, 1.0], len(d)))[:, None]
+    turned = side * c + np.cross(N, side) * np.sqrt((1 - c) * (1 + c))
+    x["L"] = geometry.normalize(N * geometry.dot(N, x["L"]) + turned * length)

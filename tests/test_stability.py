@@ -104,12 +104,21 @@ FOUND = {
         0.0, 1.0, 0.0, -0.0037657329812645912, 2.6430327579873847e-06, 0.9999929070472717, 0.9999350309371948,
         0.0005143206799402833, 0.011386231519281864, 0.27103307843208313, 0.8125301003456116, 0.11457380652427673,
         0.3224649727344513]),
+    "EON at right angles, both nearer to grazing": ("lobe_OrenNayar_EON", [
+        0.0, 1.0, 0.0, -0.00431514997035265, 3.954635394620709e-05, 0.999990701675415, 0.9999904632568359,
+        0.0005598392453975976, 0.004326291847974062, 0.9999931454658508, 3.9555230614496395e-05, 0.8325880169868469,
+        0.7285017967224121]),
+    "EON_fast at right angles, both grazing": ("lobe_OrenNayar_EON_fast", [
+        -0.01984839327633381, 0.9806960225105286, -0.19452841579914093, -0.9997037649154663, -0.022197537124156952,
+        -0.009979739785194397, -0.014105715788900852, 0.19429093599319458, 0.9808425307273865, 0.9999985098838806,
+        0.48799532651901245, 0.0019547482952475548, 0.999999463558197]),
 }
-KNOWN = {"EON at right angles, both grazing": "s = (1 + s) - 1 has lost its digits where V and L are at right angles"}
+# Named in FOUND, and not yet mended: s = (1 + s) - 1 has lost its digits where V and L are at right angles.
+KNOWN = [name for name in FOUND if name.startswith("EON")]
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=pytest.mark.xfail(reason=KNOWN[name], strict=True)) if name in KNOWN else name
+    pytest.param(name, marks=pytest.mark.xfail(strict=True)) if name in KNOWN else name
     for name in FOUND])
 def test_found_inputs(name, context):
     key, row = FOUND[name]
@@ -256,7 +265,7 @@ def test_sets_follow_from_names():
     def names(key):
         return {s.name for s in singular.sets(LIBRARY.find(key)[0])}
 
-    assert {"H -> N", "L -> -V", "NdotV -> 0", "V -> N", "alpha -> 0.0001", "f0 -> 1"} <= names("lobe_GGX")
+    assert {"H -> N", "L -> -V", "NdotV -> 0", "V -> N", "azimuths at right angles", "alpha -> 0.0001", "f0 -> 1"} <= names("lobe_GGX")
     assert {"critical angle", "Brewster angle", "eta -> 1", "cosI -> 0", "cosI -> 1"} <= names("lobe_F_dielectric")
     assert {"k -> 0"} <= names("lobe_F_conductor(float,float,float)")
     assert {"H -> N"} <= names("lobe_D_GGX_aniso")
