@@ -328,7 +328,7 @@ _TABLE = (
     _L("specularPhong", "specular", "lobe_Phong_1975", "rs * specularPhong(L, N, V, exponent)",
        factor="(1.0 / dot(N, L))", units="NdotL f", narrowed=_MODERATE),
     _L("specularCookTorrance", "specular", GGX, "peer_GGX(N, V, L, f0, alpha)", adapter=_LYGIA_GGX, narrowed=_ALPHA,
-       note="f90 falls below 1 where the mean of f0 is below 0.0202"),
+       note="with fresnel(vec3,float), whose f90 falls below 1 for a small f0"),
     _L("specularCookTorrance, mobile", "specular", GGX, "peer_GGX(N, V, L, f0, alpha)", setting=MOBILE,
        adapter=_LYGIA_GGX, narrowed=_ALPHA, stands_for=GGX, exact=exactly.ggx_with(exactly.capped_over_smith),
        formula="with V not above 65504"),

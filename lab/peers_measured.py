@@ -240,10 +240,10 @@ def _row(peer: Peer, context: gl.Context) -> dict:
 ROUNDING = 1e-6  # below it two forms are equally accurate
 
 
-def accuracy(row: dict) -> float:
-    """rms error against the exact term."""
+def accuracy(row: dict, measure: str = "rms") -> float:
+    """The error against the exact term, rms or another of its measures."""
     found = row["highlights"] or row["error"]
-    return found.get("approximation", found)["rms"]
+    return found.get("approximation", found)[measure]
 
 
 def cycles(row: dict, gpu: str = "NAVI21", setting: str = "guarded") -> int:

@@ -75,7 +75,7 @@ def _units(result: dict) -> str:
 
 def _grey(result: dict) -> str:
     found = [(_name(r), *(str(cycles(r, gpu, "grey")) for gpu in r["cost"]), *(
-        _number(r["highlights"].get("approximation", r["highlights"])[k]) for k in ("rms", "p99")), r["formula"])
+        _number(peers_measured.accuracy(r, k)) for k in ("rms", "p99")), r["formula"])
         for r in result["results"] if r["highlights"]]
     gpus = " | ".join(f"{gpu}, cycles" for gpu in result["results"][0]["cost"])
     return _table(f"lobe | {gpus} | rms error | 99 % within | ", found)
@@ -87,7 +87,7 @@ def _families(result: dict) -> str:
         rows = sorted((r for r in result["results"] if r["family"] == family),
                       key=lambda r: (r["like"], r["origin"] != OURS, cycles(r)))
         found = [(_name(r), f"{cycles(r, setting='shipped')}", f"{cycles(r)}",
-                  _number(peers_measured.accuracy(r)), _number((r["highlights"] or r["error"])["max"]),
+                  _number(peers_measured.accuracy(r)), _number(peers_measured.accuracy(r, "max")),
                   "right" if r["right"] else "**wrong**") for r in rows]
         text += f"\n### {family}\n\n" + _table("function | shipped | same guards | rms | max | ", found)
     return text
