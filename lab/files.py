@@ -183,6 +183,13 @@ def _silenced():
             os.close(stderr)
 
 
+def read_png(path):
+    """The colours [h,w,3], uint8, of a picture of ours."""
+    from PIL import Image
+
+    return np.array(Image.open(path).convert("RGB"))
+
+
 def write_png(path, rgb):
     """Writes display-encoded colours [h,w,3]: uint8, or floats, of which 0..1 is shown."""
     from PIL import Image

@@ -1,6 +1,6 @@
 """Light from all around: latitude-longitude probes, and the few directions that stand for one.
 
-One convention, that of examples/: row 0 is up, +y; the columns run from +z over -x, -z in the middle, and +x, back to +z.
+One convention, that of examples/: row 0 is up, +y; the columns run from +z over -x, -z (the middle) and +x back to +z.
 """
 
 from __future__ import annotations
@@ -30,11 +30,16 @@ def solid_angles(height: int, width: int) -> np.ndarray:
     return -2 * np.pi / width * np.diff(np.cos(np.linspace(0, np.pi, height + 1)))[:, None]
 
 
+def mean(radiance: np.ndarray) -> float:
+    """The mean radiance of a probe over the sphere and the channels."""
+    return float((radiance * solid_angles(*radiance.shape[:2])[..., None]).sum() / (12 * np.pi))
+
+
 def lights(radiance: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Directions [count, 3] towards the light of a probe [h, w, 3], and the irradiance [count, 3] facing each.
 
-    They are chosen in proportion to luminance, of which each holds the same share, and stratified (the golden ratio over
-    the columns), the same ones at each call: a sum over them estimates an integral over the probe without bias.
+    They are chosen in proportion to luminance, of which each holds the same share, and stratified (the golden ratio
+    over the columns), the same ones at each call: a sum over them estimates an integral over the probe without bias.
     """
     height, width = radiance.shape[:2]
     luminance = radiance @ LUMINANCE

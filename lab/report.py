@@ -14,7 +14,7 @@ from pathlib import Path
 import jinja2
 import numpy as np
 
-from . import catalogue, compare, files, geometry, pictures
+from . import catalogue, compare, files, geometry, ibl, pictures
 from .catalogue import Function
 from .compare import Result, ratio
 from .errors import InputError
@@ -35,7 +35,7 @@ def write(outcome: Outcome, plan: Plan, out: Path) -> Path:
     page = Path(out) / "index.html"
     files.write_text(page, template.render(
         outcome=outcome, plan=plan, entries=entries, groups=_groups(entries), totals=_totals(outcome, entries),
-        failures=_failures(outcome), versions=_versions(), machine=_machine(),
+        failures=_failures(outcome), versions=_versions(), machine=_machine(), ibl=_ibl(plan),
         date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures,
         stability=(Path(out) / "stability.html").is_file()))
     return page
@@ -245,6 +245,16 @@ def _entry(outcome: Outcome, plan: Plan, function: Function) -> Entry:
                  View.of(frame, "Frame:", longest) if frame else None,
                  Worst.of(point) if point else None,
                  len(drawn) > 1 and all(np.array_equal(drawn[0].got, r.got) for r in drawn))
+
+
+def _ibl(plan: Plan) -> dict | None:
+    """What lab/ibl.py measured last and its pictures, where the page is about the function that it concerns."""
+    shaded = any(f.name == "lobe_DFG_GGX" and plan.shader_of(f).model != "foreign" for f in plan.functions)
+    if not shaded or (found := ibl.load()) is None:
+        return None
+    noise = max(row["noise"] for rows in found["errors"].values() for row in rows)
+    images = {name: pictures.data_uri(files.read_png(ibl.figure(name))) for name in found["errors"]}
+    return found | {"noise": noise, "pictures": images}
 
 
 def _of_worst_context(kept: dict[tuple[str, str], Result], label: str) -> Result | None:

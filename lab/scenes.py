@@ -152,23 +152,36 @@ def load_mesh(file: Path) -> meshes.Mesh:
 GROUND_MATERIAL = [("lobe_Lambert(vec3,vec3,vec3,vec3)", {"albedo": (0.5, 0.5, 0.5)})]
 
 
-def build(scene: Scene, ground: bool = False):
-    """The reference's scene, its object having id 0 and the plane under it, if any, id 1; and its camera."""
+def bare(mesh: Path | None):
+    """The reference's scene with the object alone, id 0, and no light."""
     from lobe import reference
 
     built = reference.Scene()
-    if scene.mesh:
-        m = load_mesh(scene.mesh)
+    if mesh:
+        m = load_mesh(mesh)
         built.add_mesh(m.vertices, m.faces, normals=m.normals, uv=m.uv)
     else:
         built.add_sphere((0.0, 0.0, 0.0), 1.0)
+    return built
+
+
+def camera():
+    """The reference's camera of all scenes."""
+    from lobe import reference
+
+    return reference.Camera(EYE, TARGET, UP, FOV_Y)
+
+
+def build(scene: Scene, ground: bool = False):
+    """The reference's scene, its object having id 0 and the plane under it, if any, id 1; and its camera."""
+    built = bare(scene.mesh)
     if ground:
         lowest = load_mesh(scene.mesh).vertices[:, 1].min() if scene.mesh else -1.0
         built.add_plane((0.0, lowest, 0.0), (0.0, 1.0, 0.0), 200.0)
     for light in scene.lights:
         add = built.add_directional_light if light.kind == "directional" else built.add_point_light
         add(light.vector, light.color)
-    return built, reference.Camera(EYE, TARGET, UP, FOV_Y)
+    return built, camera()
 
 
 @dataclass(frozen=True)
