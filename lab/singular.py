@@ -2,7 +2,7 @@
 so that a new function is tested there by being there.
 
 A set tells how to move inputs to a distance from it, and how far given inputs are. Inputs are drawn at logarithmically
-stratified distances from two sets at once: where one formula's weakness meets another's, too.
+stratified distances from two or three sets at once: where one formula's weakness meets another's, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .catalogue import Function, Parameter
 Inputs = dict[str, np.ndarray]  # parameter name -> float64 [n, width]
 
 NEAREST, NEAREST_HORIZON = domain.NEAREST, domain.NEAREST_HORIZON
-PLAIN = 0.25  # of the inputs lie anywhere in the domain
+SHARES = 0.25, 0.45, 0.3  # of the inputs that lie anywhere in the domain, near two sets at once, near three
 
 
 @dataclass(frozen=True)
@@ -59,22 +59,37 @@ def sets(function: Function) -> list[Set]:
 
 
 def sample(function: Function, count: int, seed: int) -> domain.Inputs:
-    """`count` inputs, exact in float32 and inside of the domain: a quarter anywhere, the rest near two sets at once."""
+    """`count` inputs, exact in float32 and inside of the domain: some anywhere, the rest near two or three sets at once."""
     inputs = {name: x.astype(float) for name, x in domain.sample(function, count, seed).items()}
     rng = np.random.default_rng(seed + 1)
-    known = sets(function)
-    pairs = [pair for pair in combinations(known, 2) if pair[0].moves != pair[1].moves] or [(s,) for s in known]
-    start = int(PLAIN * count) if pairs else count
-    bounds = np.linspace(start, count, len(pairs) + 1).astype(int)
-    for pair, begin, end in zip(pairs, bounds, bounds[1:]):
+    for group, (begin, end) in _shared(groups(function), count).items():
         part = {name: x[begin:end] for name, x in inputs.items()}
-        for s in sorted(pair, key=lambda s: s.order):
-            s.move(rng, part, s.drawn((rng.permutation(end - begin) + rng.random(end - begin)) / max(end - begin, 1)))
+        for s in sorted(group, key=lambda s: s.order):
+            s.move(rng, part, s.drawn((rng.permutation(end - begin) + rng.random(end - begin)) / (end - begin)))
         if {"V", "L", "H"} <= set(part):
             part["H"] = part["V"] + part["L"]
         for name, x in part.items():
             inputs[name][begin:end] = x
     return {name: domain.rounded(x, function.parameter(name)) for name, x in inputs.items()}
+
+
+def groups(function: Function) -> tuple[list[tuple[Set, ...]], list[tuple[Set, ...]]]:
+    """The pairs of sets, or the single ones where there are none, and the triples, that move as many inputs."""
+    known = sets(function)
+    pairs, triples = ([group for group in combinations(known, size) if len({s.moves for s in group}) == size]
+                      for size in (2, 3))
+    return pairs or [(s,) for s in known], triples
+
+
+def _shared(found: tuple[list, list], count: int) -> dict[tuple[Set, ...], tuple[int, int]]:
+    """The rows that each group gets, [begin, end), where it gets any."""
+    rows, begin = {}, int(SHARES[0] * count)
+    for members, share in zip(found, (SHARES[1] + (0 if found[1] else SHARES[2]), SHARES[2])):
+        end = min(begin + int(share * count), count)
+        bounds = np.linspace(begin, end, len(members) + 1).astype(int)
+        rows |= {group: (a, b) for group, a, b in zip(members, bounds, bounds[1:]) if a < b}
+        begin = end
+    return rows
 
 
 # --- numbers and colours ---------------------------------------------------------------------------------------------
