@@ -224,7 +224,7 @@ def markdown(measured: dict) -> str:
     functions = measured["functions"]
     return environment().overlay(autoescape=False).get_template("stability.md.j2").render(
         m=measured, fractions=FRACTIONS, fraction=_fraction, safe_error=stability.SAFE, slow=stability.SLOW_POINTS,
-        passed=all(v["pass"] for v in functions.values()), checks=sum(v["checks"] for v in functions.values()),
+        failing=[f"`{name}`" for name, v in functions.items() if not v["pass"]], checks=sum(v["checks"] for v in functions.values()),
         values=sum(v["values"] for v in functions.values()),
         losses=sorted(((n, v["loss"]) for n, v in functions.items() if v["loss"]), key=lambda x: -x[1][1]))
 
