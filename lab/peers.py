@@ -164,8 +164,11 @@ def ours(key: str, family: str = "") -> Peer:
     (function,) = library.find(key)
     stated, types = function.approximation, _types(function)
     term = [f.key for f in library.functions if stated and f.name == stated.name and _types(f) == types]
-    return Peer(OURS, library.label(function), family, function.key, function.call, stands_for="".join(term),
-                fit=bool(stated) and stated.name == catalogue.EXACT)
+    same = dict(stands_for="".join(term), fit=bool(stated) and stated.name == catalogue.EXACT)
+    if family == "power":  # no function is the exact term, and peers' exponents begin at 1
+        limits = tuple((p.name, 1.0, 1e4) for p in function.parameters if p.name in ("exponent", "h"))
+        same = dict(stands_for="pow", narrowed=limits)
+    return Peer(OURS, library.label(function), family, function.key, function.call, **same)
 
 
 def _types(function: Function) -> list[str]:
@@ -205,7 +208,7 @@ _TO_1 = (("alpha", 1e-4, 1.0),)
 _MODERATE = (("exponent", 1.0, 1e4),)
 _EXP2 = dict(exact=exactly.schlick_exp2, formula="f0 + (1 - f0) 2^((-5.55473 c - 6.98316) c)")
 _RATIONAL = dict(exact=exactly.power_schlick, formula="c / (n - (n - 1) c)", stands_for="pow",
-                 beside=("lobe_pow_Schlick",), narrowed=_MODERATE)
+                 beside=("lobe_pow_Schlick", "lobe_pow_Gaussian"), narrowed=_MODERATE)
 _BURLEY = dict(exact=exactly.burley, formula="Burley 2012, section 5.3", factor=_PER_PI, units="pi f", beside=())
 
 # Adapters form what each library's own renderer forms before its call.
@@ -323,7 +326,8 @@ _TABLE = (
     _L("specularBlinnPhong, mobile", "power", D_BLINN, "specularBlinnPhong(NdotH, exponent)", setting=MOBILE,
        **_RATIONAL),
     _L("specularGaussian", "power", D_BLINN, "specularGaussian(NdotH, width)", exact=exactly.gaussian,
-       formula="exp(-(theta / width)^2)", stands_for="pow", narrowed=_MODERATE, beside=("lobe_pow_Gaussian",)),
+       formula="exp(-(theta / width)^2)", stands_for="pow", narrowed=_MODERATE, beside=(),
+       note="costs more than the pow that it stands for"),
 
     _L("specularPhong", "specular", "lobe_Phong_1975", "rs * specularPhong(L, N, V, exponent)",
        factor="(1.0 / dot(N, L))", units="NdotL f", narrowed=_MODERATE),

@@ -40,8 +40,8 @@ def gaussian(x):
 
 
 def power(x):
-    """NdotH^exponent."""
-    c, exponent = _column(x, "NdotH", "exponent")
+    """NdotH^exponent, or by our members' names s^exponent and s^h."""
+    (c,), (exponent,) = (_column(x, *(n for n in names if n in x)) for names in (("NdotH", "s"), ("exponent", "h")))
     return c**exponent
 
 

@@ -225,7 +225,7 @@ def _row(peer: Peer, context: gl.Context) -> dict:
     if peer.origin != OURS:
         for rival in rivals(peer):
             same = rival.function.parameters == ours(peer.like).function.parameters  # else its own inputs
-            rival = replace(rival, narrowed=peer.narrowed) if same else rival
+            rival = replace(rival, narrowed=peer.narrowed or rival.narrowed) if same else rival
             beside[rival.name] = accuracy({"error": error(rival, context, inputs if same else None),
                                            "highlights": seen and error(rival, context, pictured)})
     return {"origin": peer.origin, "function": peer.name, "family": peer.family, "like": peer.function.key,
