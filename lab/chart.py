@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import jinja2
@@ -18,17 +19,19 @@ SMALLEST = 2.0**-26  # errors below it are drawn on it: float32 has no digit the
 LARGEST = 100.0  # errors above it, not finite ones among them, are drawn on it
 VISIBLE = 1e-2  # FLIP above which most people see a difference side by side
 METHOD = (
-    "Cost, ISA: Mesa's RADV compiles a fragment shader with the call, and the same shader returning the sum of the call's inputs, "
-    "for an AMD GPU that need not be there; cost is the difference. Cycles are the driver's inverse throughput: for how long 64 "
-    "invocations keep one SIMD unit busy.",
-    "All inputs vary from pixel to pixel, f0 is a colour, three channels are stored, early returns are compiled as selects and "
-    "loops are unrolled, since what the compiler says of a branch is a guess; ours and others' alike.",
-    "Cost, time: nanoseconds for one evaluation on the OpenGL device named, many evaluations an invocation, all inputs changing; "
-    "call and baseline timed in turn, median of the differences. It holds for that device alone.",
-    "Error at points: against the exact term in double precision, over the domain that is named; rms, 99th percentile and "
-    "maximum. Units: rounding alone, as lobe compare counts it. What rounds below 2^-26 is drawn there.",
-    "Error in the picture: the function in the family's whole lobe, two scenes, three widths, the worst of the six; FLIP as a "
-    "display shows it, and the rms difference over the rms of the exact picture.",
+    "Cost, ISA: Mesa's RADV compiles a fragment shader with the call, and the same shader returning the sum of the "
+    "call's inputs, for an AMD GPU that need not be there; cost is the difference. Cycles are the driver's inverse "
+    "throughput: for how long 64 invocations keep one SIMD unit busy.",
+    "All inputs vary from pixel to pixel, f0 is a colour, three channels are stored, early returns are compiled as "
+    "selects and loops are unrolled, since what the compiler says of a branch is a guess. Other libraries' functions "
+    "have our guards on their inputs.",
+    "Cost, time: nanoseconds for one evaluation on the OpenGL device named, many evaluations an invocation, all inputs "
+    "changing; call and baseline timed in turn, median of the differences; by timer queries, on software drivers by "
+    "the wall clock.",
+    "Error at points: against the exact term in double precision, over the domain that is named; rms, 99th percentile "
+    "and maximum. Units: rounding alone, as lobe compare counts it. What rounds below 2^-26 is drawn there.",
+    "Error in the picture: the function in the family's whole lobe, two scenes, three widths, the worst of the six; "
+    "FLIP as a display shows it, and the rms difference over the rms of the exact picture.",
 )
 
 
@@ -66,10 +69,10 @@ def error_of(row: dict, kind: str) -> float:
 
 
 def front(rows: list[dict], kind: str) -> list[dict]:
-    """Those that no other beats in cost and error both, from the cheapest on."""
+    """Those that no other beats in cost and error both, from the cheapest on. A smaller error is so by 2 %."""
     best, kept = np.inf, []
     for row in sorted(rows, key=lambda r: (cost_of(r), error_of(r, kind))):
-        if error_of(row, kind) < best:
+        if error_of(row, kind) < 0.98 * best:
             best = error_of(row, kind)
             kept.append(row)
     return kept
@@ -83,9 +86,13 @@ def fronts(rows: list[dict], kind: str) -> list[list[dict]]:
 
 
 def label(row: dict) -> str:
-    return row["function"].removeprefix("lobe_").replace("(vec3,vec3,float)", " (vectors)").replace(
-        "(float,float)", " (cosine)" if row["family"] == "distribution" else "").replace("(float,vec3,vec3)", "").replace(
-        "(float,vec3)", "").replace("(float)", "").replace("(vec3)", "")
+    """The name, short. Only of a distribution do overloads stand on one chart."""
+    types = re.search(r"\((vec3|float)[a-z0-9,]*\)", row["function"])
+    short = row["function"].removeprefix("lobe_")
+    if not types:
+        return short
+    told = {"vec3": " (vectors)", "float": " (cosine)"}[types[1]] if row["family"] == "distribution" else ""
+    return short.replace(types[0], told)
 
 
 # SVG
@@ -97,8 +104,8 @@ def write_svg(path: Path, chart: families.Chart, rows: list[dict]) -> None:
     plots.write_svg(path, lambda figure: draw(figure, chart, rows), (11, 2.6 + 0.14 * max(14, len(rows))))
 
 
-def draw(figure, chart: families.Chart, rows: list[dict]) -> None:
-    figure.suptitle(f"{chart.title}: {device_name(rows[0]['device'])}", fontsize=11, x=0.01, ha="left")
+def draw(figure, chart: families.Chart, rows: list[dict], title: str = "") -> None:
+    figure.suptitle(f"{title or chart.title}: {device_name(rows[0]['device'])}", fontsize=11, x=0.01, ha="left")
     panels = figure.subplots(1, 2)
     for axes, (kind, text) in zip(panels, PANELS):
         _panel(axes, rows, kind, text.format("absolute" if chart.name in cost.ABSOLUTE else "relative"))
@@ -118,12 +125,7 @@ def _panel(axes, rows: list[dict], kind: str, text: str) -> None:
     unit = "cycles per 64 invocations" if rows[0]["device"].startswith("isa:") else "ns per evaluation"
     plots.style(axes, ylabel=text, xlabel=f"cost, {unit}")
     axes.set_yscale("log")
-    costs = [x for x, _ in points]
-    if min(costs) > 0 and max(costs) > 6 * min(costs):
-        axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(lambda x, _: f"{x:g}" if str(x)[0] in "235" else "")
-        axes.tick_params(axis="x", which="minor", labelsize=7)
+    _scale_x(axes, [x for x, _ in points])
     axes.margins(x=0.12, y=0.12)
     for stairs in fronts(rows, kind):
         axes.plot([cost_of(r) for r in stairs], [error_of(r, kind) for r in stairs], color="#bbbbbb", linewidth=1.2,
@@ -135,8 +137,25 @@ def _panel(axes, rows: list[dict], kind: str, text: str) -> None:
         axes.axhline(VISIBLE, color="#cc9999", linewidth=0.8, linestyle=":", zorder=0)
 
 
+def _scale_x(axes, costs: list[float]) -> None:
+    """Logarithmic where costs differ much; linear below the smallest where one of them is 0."""
+    least = min((c for c in costs if c > 0), default=1)
+    if max(costs) <= 6 * least:
+        return
+    if min(costs) > 0:
+        axes.set_xscale("log")
+    else:
+        axes.set_xscale("symlog", linthresh=least, subs=(2, 5))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(lambda x, _: f"{x:g}" if f"{x:g}"[0] in "25" else "")
+    axes.tick_params(axis="x", which="minor", labelsize=7)
+
+
+LEADER = {"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.5, "shrinkB": 3}
+
+
 def place_labels(axes, points, texts, colours) -> None:
-    """Writes each text near its point, where it meets no other text, no point and no edge; a line leads to it from afar."""
+    """Writes each text near its point, where it meets no other text, no point and no edge; a line leads to one afar."""
     spots = axes.transData.transform(points)
     area = axes.get_window_extent()
     taken = [(x - 5, y - 5, x + 5, y + 5) for x, y in spots]
@@ -151,7 +170,7 @@ def place_labels(axes, points, texts, colours) -> None:
         far = np.hypot(x - spots[i][0], y - spots[i][1]) > 1.4 * height + width / 2
         note = axes.annotate(texts[i], points[i], xytext=((x - spots[i][0]) / scale, (y - spots[i][1]) / scale),
                       textcoords="offset points", fontsize=7, color=colours[i], ha="center", va="center", zorder=4,
-                      arrowprops={"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.5, "shrinkB": 3} if far else None)
+                      arrowprops=LEADER if far else None)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
 
 
@@ -175,7 +194,7 @@ def _free(spot, width, height, area, taken):
 def write_page(found: dict, path: Path) -> None:
     import plotly.offline
 
-    charts = [{"name": c.name, "title": c.title, "domain": c.domain, "exact": c.exact, "absolute": c.name in cost.ABSOLUTE}
+    charts = [{"name": c.name, "title": c.title, "domain": c.domain, "absolute": c.name in cost.ABSOLUTE}
               for c in families.CHARTS if any(r["chart"] == c.name for r in found["results"])]
     devices = {d: device_name(d) for d in dict.fromkeys(r["device"] for r in found["results"])}
     data = {"rows": [row | {"label": label(row)} for row in found["results"]], "charts": charts, "devices": devices,
@@ -184,7 +203,7 @@ def write_page(found: dict, path: Path) -> None:
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     page = environment.get_template("chart.html.j2").render(
-        found=found, method=METHOD, plotly=plotly.offline.get_plotlyjs(), data=script_text(data), device_name=device_name)
+        found=found, method=METHOD, plotly=plotly.offline.get_plotlyjs(), data=script_text(data))
     files.write_text(path, page)
 
 

@@ -46,7 +46,8 @@ def measure(charts: tuple[Chart, ...], devices: tuple[str, ...], with_peers: boo
         step(f"timing on {context.renderer}", 0, 1)
         rows += _gl_rows(entries, errors, context)
     found = {"schema": SCHEMA, "date": datetime.date.today().isoformat(), "renderer": context.renderer,
-             "gpu": context.renderer if context.is_hardware else "not measured", "devices": list(devices), "results": rows}
+             "gpu": context.renderer if context.is_hardware else "not measured",
+             "devices": list(devices), "results": rows}
     if "isa" in devices:
         found |= {"isa": {"mesa": isa.driver(), "toolchain": isa.toolchain()}, "functions": functions(library),
                   "calibration": calibration(with_peers)}
@@ -88,19 +89,19 @@ def _gl_rows(entries, errors, context: gl.Context) -> list[dict]:
 
 
 def _row(chart: Chart, member: Member, device: str, cost: dict, error: dict) -> dict:
-    return {"function": member.name, "family": chart.family, "chart": chart.name, "origin": member.origin, "device": device,
-            "cost": cost, "error": error, "domain": chart.domain, "stands_for": member.stands_for, "call": member.call,
-            "formula": member.formula, "source": member.cited, "key": member.key}
+    return {"function": member.name, "family": chart.family, "chart": chart.name, "origin": member.origin,
+            "device": device, "cost": cost, "error": error, "domain": chart.domain, "stands_for": member.stands_for,
+            "call": member.call, "formula": member.formula, "source": member.cited, "key": member.key}
 
 
 HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);")
 
 
 def calibration(with_peers: bool) -> list[dict]:
-    """Whole GGX lobes as others have measured them: one grey f0, no horizon rule, inputs from a buffer. There the driver's
-    model hides part of the work behind the memory; the same lobes with interpolated inputs stand beside."""
+    """Whole GGX lobes as others have measured them: one grey f0, no horizon rule, inputs from a buffer. There the
+    driver's model hides part of the work behind the memory; the same lobes with interpolated inputs stand beside."""
     chart = families.NAMES["specular"]
-    rows = [m for m in families.members(chart, with_peers) if m.stands_for == families.GGX]
+    rows = [m for m in families.members(chart, with_peers, guards=False) if m.stands_for == families.GGX]
     calls = [isa.Call(HORIZON.sub("", m.source), re.sub(r"\bf0\b", "vec3(f0)", f"({m.call}).x"), "float",
                       tuple((n, "float" if n == "f0" else t) for n, t in chart.weighed(m).inputs)) for m in rows]
     buffered, interpolated = (isa.costs(calls, "NAVI21", stage) for stage in ("compute", "fragment"))
@@ -114,7 +115,8 @@ def _errors(entries, context: gl.Context, step: Step) -> list[dict]:
     found = []
     for done, (chart, member) in enumerate(entries):
         step(f"{chart.name}: {member.name}", done, len(entries))
-        found.append(_at_points(chart, member, context) | _in_units(member, context) | _in_pictures(chart, member, context))
+        found.append(_at_points(chart, member, context) | _in_units(member, context)
+                     | _in_pictures(chart, member, context))
     return found
 
 
@@ -126,7 +128,7 @@ def _sampled(chart_name: str, stands_for: str) -> tuple[Inputs, np.ndarray]:
 
 def _at_points(chart: Chart, member: Member, context: gl.Context) -> dict:
     inputs, exact = _sampled(chart.name, member.stands_for)
-    got = drawn(context, member.source, member.call, member.result, {n: x[None] for n, x in inputs.items()})
+    got = drawn(context, member.source, chart.valued(member), member.result, {n: x[None] for n, x in inputs.items()})
     far = _distance(chart, got, exact)
     return {"max": far.max(), "p99": np.quantile(far, 0.99), "rms": np.sqrt(np.mean(far**2)),
             "approximation_max": _approximation(chart, member, inputs, exact)}
@@ -191,7 +193,8 @@ def _picture(chart_name: str, stands_for: str, scene: str, alpha: float):
 
 def _in_pictures(chart: Chart, member: Member, context: gl.Context) -> dict:
     """The worst over the scenes and widths: FLIP, and the rms difference relative to the rms of the exact picture."""
-    call = f"vec3(dot({member.call}, vec2(0.5, 1.0)))" if member.result == "vec2" else gl.widened(member.call, member.result)
+    value = chart.valued(member)
+    call = f"vec3(dot({value}, vec2(0.5, 1.0)))" if member.result == "vec2" else gl.widened(value, member.result)
     flips, relative = [], []
     for scene in PICTURES:
         for alpha in chart.alphas:

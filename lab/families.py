@@ -1,7 +1,7 @@
 """Families of alternatives: functions that stand for the same exact term, each called from the same inputs.
 
-A function of the library joins by its header's line `family` where its parameters can be formed from a chart's inputs. So
-do the functions of other libraries (peers.py), and expressions too short to be a function.
+A function of the library joins by its header's line `family` where its parameters can be formed from a chart's inputs.
+So do the functions of other libraries (peers.py), and expressions too short to be a function.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Inputs = dict[str, np.ndarray]  # name -> [n, width]
 POINTS, SEED = 1 << 13, 2026
 OURS, TEXTBOOK = "lobe", "textbook"
 POWER = "s^n"  # the one exact term that no function of the reference is
-PICTURE_ALPHAS = (0.1, 0.25, 0.5)
+PICTURE_ALPHAS = (0.03, 0.15, 0.5)
 GGX, D_GGX = "lobe_GGX(vec3,vec3,vec3,vec3,float)", "lobe_D_GGX(vec3,vec3,float)"
 V_GGX, SCHLICK = "lobe_V_GGX(float,float,float)", "lobe_F_Schlick(float,vec3)"
 OREN_NAYAR, EON = (f"lobe_OrenNayar{x}(vec3,vec3,vec3,vec3,float)" for x in ("", "_EON"))
@@ -42,6 +42,7 @@ class Member:
     call: str  # in the names of the chart's inputs
     result: str
     stands_for: str  # key of the exact term
+    factor: str = ""  # brings another library's value into our units; not counted as cost
     key: str = ""  # the library's function, for ours
     formula: str = ""
     cited: str = ""
@@ -55,7 +56,7 @@ class Chart:
     forms     parameter -> GLSL over inputs, where it is not an input itself
     exact     key of the exact term; `own` where a member that approximates nothing stands for itself
     sample    count -> float32 inputs: the domain of the errors, which `domain` says in words
-    template  (pixels, alpha) -> (inputs, weights) of a picture: [lights, n, width], and what the member is multiplied by
+    template  (pixels, alpha) -> (inputs, weights) of a picture: [lights, n, width], and what a member is multiplied by
     """
 
     name: str
@@ -86,6 +87,10 @@ class Chart:
                 call = re.sub(rf"\b{name}\b", form if re.fullmatch(r"\w+|vec3\(\w+\)", form) else f"({form})", call)
         return call
 
+    def valued(self, member: Member) -> str:
+        """The call in our units."""
+        return f"({member.call}) * ({member.factor})" if member.factor else member.call
+
     def weighed(self, member: Member) -> Call:
         """For isa and time: the inputs that the call uses."""
         return Call(member.source, member.call, member.result,
@@ -98,8 +103,9 @@ def exact_values(stands_for: str, x: Inputs) -> np.ndarray:
     if stands_for == POWER:
         return x["s"] ** x["exponent"]
     (function,) = catalogue.load().find(stands_for)
-    packed = np.concatenate([x[p.name].reshape(-1, p.width) for p in function.parameters], axis=1)
-    return reference.evaluate(function.key, np.ascontiguousarray(packed)).reshape(*next(iter(x.values())).shape[:-1], -1)
+    shape = next(iter(x.values())).shape[:-1]
+    columns = (np.broadcast_to(x[p.name], (*shape, p.width)).reshape(-1, p.width) for p in function.parameters)
+    return reference.evaluate(function.key, np.concatenate([*columns], axis=1)).reshape(*shape, -1)
 
 
 def aliases(x: Inputs) -> Inputs:
@@ -108,16 +114,17 @@ def aliases(x: Inputs) -> Inputs:
     return {name: x[other] for name, other in same.items() if other in x}
 
 
-def members(chart: Chart, with_peers: bool = False, library: Catalogue | None = None) -> list[Member]:
-    """All that the chart shows."""
+def members(chart: Chart, with_peers: bool = False, library: Catalogue | None = None,
+            guards: bool = True) -> list[Member]:
+    """All that the chart shows; without `guards`, other libraries' functions as they are."""
     library = library or catalogue.load()
     found = [_ours(chart, library, f) for f in library.functions if f.family == chart.family]
-    found += [Member(TEXTBOOK, name, "", call, result, chart.exact, "", call, cited)
+    found += [Member(TEXTBOOK, name, "", call, result, chart.exact, formula=call, cited=cited)
               for name, call, result, cited in chart.textbook]
     if with_peers:
         from . import peers
 
-        found += [_peer(chart, p) for p in peers.members(chart.family)]
+        found += [_peer(chart, p, guards) for p in peers.members(chart.family)]
     return _plainest([m for m in found if m])
 
 
@@ -126,28 +133,37 @@ def _ours(chart: Chart, library: Catalogue, f: Function) -> Member | None:
     stands_for = _stands_for(chart, library, f)
     if call is None or (WIDTHS[f.result] == 2) != (chart.name == "albedo"):
         return None
-    return Member(OURS, library.label(f), bundle.bundle(library, [f.key]), call, f.result, stands_for, f.key,
-                  " ".join(f.formula), f.source)
+    return Member(OURS, library.label(f), bundle.bundle(library, [f.key]), call, f.result, stands_for, key=f.key,
+                  formula=" ".join(f.formula), cited=f.source)
 
 
 def _stands_for(chart: Chart, library: Catalogue, f: Function) -> str:
     if not chart.own:
         return chart.exact
-    named = f.approximation.name if f.approximation else catalogue.EXACT
+    named = f.approximation.name if f.approximation else ""
+    named = f.name.removesuffix("_fast") if named == catalogue.EXACT else named  # where it has a function of its own
     others = [g.key for g in library.functions if g.name == named and len(g.parameters) == len(f.parameters)]
     return STANDS_FOR.get(f.name) or (others[0] if others else f.key)
 
 
-def _peer(chart: Chart, p) -> Member | None:
-    """A function of another library. What computes a formula of its own, on purpose, stands beside nothing of ours."""
-    call = f"({p.call}) * ({p.factor})" if p.factor else p.call
-    if p.like.startswith("lobe_G2_"):  # masking without the foreshortening, which every lobe divides by
-        call = f"({call}) / (4.0 * NdotV * NdotL)"
-    call = chart.bound(call, p.parameters | {n: "vec3" for n in "NVL" if re.search(rf"\b{n}\b", call)})
-    if call is None or (chart.own and p.exact) or (WIDTHS[p.function.result] == 2) != (chart.name == "albedo"):
+def _peer(chart: Chart, peer, guards: bool) -> Member | None:
+    """A function of another library, with our guards on its inputs. What computes a formula of its own on purpose
+    stands beside whole lobes of ours only where it approximates one."""
+    from . import peers_measured
+
+    p = peers_measured.guarded(peer) if guards else peer
+    call = p.call
+    if p.function.name.startswith("lobe_G2_"):  # masking without the foreshortening, by which every lobe divides
+        call = f"{call} / (4.0 * NdotV * NdotL)"
+    words = set(re.findall(r"\w+", call))
+    call = chart.bound(call, p.parameters | {n: "vec3" for n in ("N", "V", "L", "H", "X") if n in words})
+    is_another = bool(chart.own and p.exact and not p.stands_for)
+    is_another |= chart.name == "distribution" and not p.function.name.startswith("lobe_D_GGX")
+    if call is None or is_another or (WIDTHS[p.function.result] == 2) != (chart.name == "albedo"):
         return None
-    stands_for = _stands_for(chart, catalogue.load(), p.function) if chart.own else chart.exact
-    return Member(p.origin, p.name, p.source, call, p.function.result, stands_for, "", p.formula or p.note, p.package.version)
+    stands_for = p.stands_for or _stands_for(chart, catalogue.load(), p.function) if chart.own else chart.exact
+    return Member(p.origin, p.name, p.source, call, p.function.result, stands_for, p.factor,
+                  formula=p.formula or p.note, cited=f"{p.origin} {p.package.version}")
 
 
 def _plainest(found: list[Member]) -> list[Member]:
@@ -190,18 +206,17 @@ def _rounded(x: Inputs) -> Inputs:
 
 
 def _half(x: Inputs) -> Inputs:
-    """With H = V + L of the rounded vectors, and the same in a tangent frame."""
-    N, H, T = (v.astype(np.float64) for v in (x["N"], x["V"] + x["L"], x["X"]))
-    unit = geometry.normalize(H)
-    local = [geometry.dot(unit, T), geometry.dot(unit, np.cross(N, T)), geometry.dot(unit, N)]
-    return {"N": x["N"], "H": H.astype(np.float32), "localH": np.concatenate(local, -1).astype(np.float32), "alpha": x["alpha"]}
+    """With H = V + L of the rounded vectors."""
+    return {"N": x["N"], "H": x["V"] + x["L"], "X": x["X"], "alpha": x["alpha"]}
+
+
+COSINES = ("NdotV", "NdotL", "NdotH", "LdotH", "VdotH")
 
 
 def _cosines(x: Inputs) -> Inputs:
     """All cosines that masking terms take."""
     frame = [x[n].astype(np.float64) for n in ("N", "X", "V", "L")]
-    return _rounded({n: np.clip(geometry.FORM[n](*frame), 1e-6, 1) for n in ("NdotV", "NdotL", "NdotH", "LdotH", "VdotH")}
-                    | {"alpha": x["alpha"]})
+    return _rounded({n: np.clip(geometry.FORM[n](*frame), 1e-6, 1) for n in COSINES} | {"alpha": x["alpha"]})
 
 
 def _dielectrics(count: int) -> Inputs:
@@ -257,8 +272,8 @@ def _powers(count: int) -> Inputs:
 def _views(count: int) -> Inputs:
     rng = np.random.default_rng(SEED)
     alpha = _over(rng, count, 0.01, 1)
-    return {"NdotV": _over(rng, count, 0.01, 1), "alpha": alpha, "perceptual": np.sqrt(alpha), "roughness": _over(rng, count),
-            "albedo": rng.uniform(0.02, 0.98, (count, 3)).astype(np.float32)}
+    return {"NdotV": _over(rng, count, 0.01, 1), "alpha": alpha, "perceptual": np.sqrt(alpha),
+            "roughness": _over(rng, count), "albedo": rng.uniform(0.02, 0.98, (count, 3)).astype(np.float32)}
 
 
 # Pictures: a member's value times the rest of its family's whole lobe, and the light.
@@ -268,7 +283,7 @@ def _frame(seen: scenes.Pixels, alpha: float, **constants) -> Inputs:
     shape = seen.L.shape[:2]
     spread = {n: np.broadcast_to(v, seen.L.shape) for n, v in (("N", seen.N), ("V", seen.V), ("X", seen.T))}
     constants |= {"alpha": alpha, "perceptual": np.sqrt(alpha), "exponent": 2 / alpha**2 - 2}
-    values = {n: np.broadcast_to(np.atleast_1d(np.asarray(v, float)), (*shape, np.size(v))) for n, v in constants.items()}
+    values = {n: np.broadcast_to(np.atleast_1d(v), (*shape, np.size(v))) for n, v in constants.items()}
     return _rounded(spread | {"L": seen.L} | values)
 
 
@@ -278,7 +293,8 @@ def _terms(seen: scenes.Pixels, alpha: float, *keys: str) -> np.ndarray:
     x = frame | _half(frame) | _cosines(frame)
     x["cosI"] = x["LdotH"]
     above = np.minimum(*(geometry.dot(seen.N, v) for v in (seen.V, seen.L))) > 0
-    return np.where(above, np.prod([np.broadcast_to(exact_values(k, x), seen.L.shape) for k in keys], axis=0), 0.0) * seen.E
+    product = np.prod([np.broadcast_to(exact_values(k, x), seen.L.shape) for k in keys], axis=0)
+    return np.where(above, product, 0.0) * seen.E
 
 
 def _incidence(seen: scenes.Pixels) -> np.ndarray:
@@ -286,8 +302,9 @@ def _incidence(seen: scenes.Pixels) -> np.ndarray:
 
 
 def _glass(seen, alpha):
-    x = {"cosI": _incidence(seen)}
-    return x | {n: np.full_like(x["cosI"], v) for n, v in (("eta", 1.5), ("f0", 0.04))}, _terms(seen, alpha, D_GGX, V_GGX)
+    cosI = _incidence(seen)
+    x = {"cosI": cosI, "eta": np.full_like(cosI, 1.5), "f0": np.full_like(cosI, 0.04)}
+    return x, _terms(seen, alpha, D_GGX, V_GGX)
 
 
 def _copper(seen, alpha):
@@ -306,14 +323,15 @@ def _highlight(seen, alpha):
     n = 2 / alpha**2 - 2
     s = np.clip(_cosines(_frame(seen, alpha))["NdotH"], 0, 1)
     above = geometry.dot(seen.N, seen.L) > 0
-    fill = {"exponent": n, "width": np.sqrt(2 / n)}
-    return ({"s": s} | {k: np.full_like(s, v) for k, v in fill.items()}, np.where(above, seen.E * (n + 2) / (2 * np.pi), 0))
+    x = {"s": s, "exponent": np.full_like(s, n), "width": np.full_like(s, np.sqrt(2 / n))}
+    return x, np.where(above, seen.E * (n + 2) / (2 * np.pi), 0)
 
 
 def _environment(seen, alpha):
     """Under a white sky: one light, and the albedo itself."""
     x = {"NdotV": np.clip(geometry.dot(seen.N, seen.V), 0.01, 1)[None]}
-    x |= {n: np.full_like(x["NdotV"], v) for n, v in (("alpha", alpha), ("perceptual", np.sqrt(alpha)), ("roughness", alpha / 0.5))}
+    constants = {"alpha": alpha, "perceptual": np.sqrt(alpha), "roughness": alpha / 0.5}
+    x |= {n: np.full_like(x["NdotV"], v) for n, v in constants.items()}
     x["albedo"] = np.broadcast_to((0.8, 0.5, 0.3), (*x["alpha"].shape[:2], 3))
     return _rounded(x), np.ones((*x["alpha"].shape[:2], 3))
 
@@ -321,33 +339,38 @@ def _environment(seen, alpha):
 _LOBE = {"N": "vec3", "V": "vec3", "L": "vec3"}
 _HIGHLIGHTS = "directions as in an image: half vectors from the NDF, 30 % of the views at grazing, alpha 0.003..1"
 CHARTS = (
-    Chart("specular", "specular", "Whole specular lobes", _LOBE | {"f0": "vec3", "alpha": "float", "perceptual": "float",
-          "X": "vec3", "exponent": "float"}, GGX, f"{_HIGHLIGHTS}; f0 0.04 or a metal's", highlights,
+    Chart("specular", "specular", "Whole specular lobes",
+          _LOBE | {"f0": "vec3", "alpha": "float", "perceptual": "float", "X": "vec3", "exponent": "float"}, GGX,
+          f"{_HIGHLIGHTS}; f0 0.04 or a metal's", highlights,
           lambda seen, alpha: (_frame(seen, alpha, f0=(1.0, 0.78, 0.34)), seen.E), {"rs": "f0"}, own=True),
-    Chart("fresnel-dielectric", "fresnel", "Fresnel terms of dielectrics", {"cosI": "float", "eta": "float", "f0": "float"},
+    Chart("fresnel-dielectric", "fresnel", "Fresnel terms of dielectrics",
+          {"cosI": "float", "eta": "float", "f0": "float"},
           "lobe_F_dielectric(float,float)", "cosI 0..1, eta 1.2..2.5", _dielectrics, _glass,
           textbook=(("none: F = f0", "f0", "float", ""),)),
-    Chart("fresnel-metal", "fresnel", "Fresnel terms of metals", {"cosI": "float", "eta": "vec3", "k": "vec3", "f0": "vec3",
-          "f82": "vec3", "tint": "vec3", "eta0": "float"}, "lobe_F_conductor(float,vec3,vec3)",
-          "cosI 0..1, the eleven metals of docs/metals.md", _metal_angles, _copper,
+    Chart("fresnel-metal", "fresnel", "Fresnel terms of metals",
+          {"cosI": "float", "eta0": "float"} | {n: "vec3" for n in ("eta", "k", "f0", "f82", "tint")},
+          "lobe_F_conductor(float,vec3,vec3)",           "cosI 0..1, the eleven metals of docs/metals.md", _metal_angles, _copper,
           textbook=(("none: F = f0", "f0", "vec3", ""),)),
     Chart("distribution", "distribution", "GGX distribution of normals, from N and an unnormalised H",
-          {"N": "vec3", "H": "vec3", "localH": "vec3", "alpha": "float"}, D_GGX, _HIGHLIGHTS,
-          lambda n: _half(highlights(n)), lambda seen, alpha: (_half(_frame(seen, alpha)), _terms(seen, alpha, V_GGX, SCHLICK)),
+          {"N": "vec3", "H": "vec3", "X": "vec3", "alpha": "float"}, D_GGX, _HIGHLIGHTS,
+          lambda n: _half(highlights(n)),
+          lambda seen, alpha: (_half(_frame(seen, alpha)), _terms(seen, alpha, V_GGX, SCHLICK)),
           {"NdotH": "dot(N, normalize(H))", "unitH": "normalize(H)"}),
     Chart("masking", "masking", "Masking and shadowing over the foreshortening, V = G / (4 NdotV NdotL)",
-          {n: "float" for n in ("NdotV", "NdotL", "NdotH", "LdotH", "VdotH", "alpha")}, V_GGX, _HIGHLIGHTS,
+          {n: "float" for n in (*COSINES, "alpha")}, V_GGX, _HIGHLIGHTS,
           lambda n: _cosines(highlights(n)),
           lambda seen, alpha: (_cosines(_frame(seen, alpha)), _terms(seen, alpha, D_GGX, SCHLICK)),
           textbook=(("implicit: V = 1/4", "0.25", "float", "G = NdotV NdotL"),)),
-    Chart("diffuse", "diffuse", "Diffuse lobes", _LOBE | {"albedo": "vec3", "sigma": "float", "roughness": "float"}, OREN_NAYAR,
+    Chart("diffuse", "diffuse", "Diffuse lobes",
+          _LOBE | {"albedo": "vec3", "sigma": "float", "roughness": "float"}, OREN_NAYAR,
           "cosines 0.01..1, sigma 0..0.6 or roughness 0..1", _diffuse, _clay, own=True),
     Chart("power", "power", "Powers of a cosine", {"s": "float", "exponent": "float", "width": "float"}, POWER,
           "exponent 1..1e4, where the power is 0.01..1", _powers, _highlight, {"NdotH": "s", "h": "exponent"},
-          textbook=(("pow", "pow(s, exponent)", "float", ""), ("exp2(n log2 s)", "exp2(exponent * log2(s))", "float", ""))),
+          textbook=(("pow", "pow(s, exponent)", "float", ""),
+                    ("exp2(n log2 s)", "exp2(exponent * log2(s))", "float", ""))),
     Chart("albedo", "albedo", "Scale and bias of f0 in GGX's albedo (split sum)",
-          {"NdotV": "float", "alpha": "float", "perceptual": "float"}, "lobe_DFG_GGX(float,float)", "NdotV 0.01..1, alpha 0.01..1",
-          lambda n: _views(n // 8), _environment),
+          {"NdotV": "float", "alpha": "float", "perceptual": "float"}, "lobe_DFG_GGX(float,float)",
+          "NdotV 0.01..1, alpha 0.01..1", lambda n: _views(n // 8), _environment),
     Chart("albedo-diffuse", "albedo", "Albedo of energy-preserving Oren-Nayar",
           {"NdotV": "float", "albedo": "vec3", "roughness": "float"}, "lobe_albedo_EON(float,vec3,float)",
           "NdotV 0.01..1, roughness 0..1", _views, _environment),
@@ -359,5 +382,6 @@ def chosen(names: list[str]) -> tuple[Chart, ...]:
     """The charts of families or of single names; all where none is given."""
     for name in names:
         if name not in NAMES and name not in catalogue.FAMILIES:
-            raise InputError(f"--family {name}: expected one of {', '.join(dict.fromkeys((*catalogue.FAMILIES, *NAMES)))}")
+            known = dict.fromkeys((*catalogue.FAMILIES, *NAMES))
+            raise InputError(f"--family {name}: expected one of {', '.join(known)}")
     return tuple(c for c in CHARTS if not names or c.name in names or c.family in names)

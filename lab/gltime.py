@@ -3,9 +3,9 @@
 llvmpipe's timer queries see one tile of the picture (0.1 of 8 ms); of software drivers the wall clock is taken instead,
 from an idle device to an idle device.
 
-Every invocation evaluates a call many times, so that neither memory nor the raster dominates; all inputs change from one
-evaluation to the next, so that nothing is hoisted out of the loop. What is timed is the shader with the call and the same
-shader summing its inputs, in turn, each round anew; the time is the median of the rounds' differences.
+Every invocation evaluates a call many times, so that neither memory nor the raster dominates; all inputs change from
+one evaluation to the next, so that nothing is hoisted out of the loop. What is timed is the shader with the call and
+the same shader summing its inputs, in turn, each round anew; the time is the median of the rounds' differences.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 def _fragment(source: str, value: str, inputs: tuple[tuple[str, str], ...]) -> str:
     swizzle = {"float": "x", "vec2": "xy", "vec3": "xyz"}
     samplers = "".join(f"uniform sampler2D lobe_t_{name};\n" for name, _ in inputs)
-    fetched = "".join(f"    {kind} lobe_0{name} = texelFetch(lobe_t_{name}, ivec2(gl_FragCoord.xy), 0).{swizzle[kind]};\n"
+    fetched = "".join(f"    {kind} lobe_0{name} = texelFetch(lobe_t_{name}, lobe_here, 0).{swizzle[kind]};\n"
                       for name, kind in inputs)
     change = {"float": "1.0", "vec2": "vec2(1.0, -0.5)", "vec3": "vec3(1.0, -0.5, 0.7)"}
     varied = "".join(f"        {kind} {name} = lobe_0{name} + lobe_step * {change[kind]};\n" for name, kind in inputs)
@@ -114,6 +114,7 @@ def _fragment(source: str, value: str, inputs: tuple[tuple[str, str], ...]) -> s
 out vec4 lobe_out;
 {gl.version_stripped(source)}
 void main() {{
+    ivec2 lobe_here = ivec2(gl_FragCoord.xy);
 {fetched}    vec3 lobe_sum = vec3(0.0);
     for (int lobe_i = 0; lobe_i < lobe_count; ++lobe_i) {{
         float lobe_step = float(lobe_i) * {STEP:.9f};

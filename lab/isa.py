@@ -32,10 +32,10 @@ STAGES = ("fragment", "compute")
 COMPONENTS = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
 
 # What `spirv` needs: all functions inlined, one return each, loops unrolled, no local variables.
-_TO_SSA = ("--convert-local-access-chains", "--eliminate-local-single-block", "--eliminate-local-single-store", "--ssa-rewrite",
-           "--eliminate-dead-code-aggressive")
-PASSES = ("--merge-return", "--inline-entry-points-exhaustive", "--eliminate-dead-functions", "--scalar-replacement=100",
-          *_TO_SSA, "--loop-unroll", "--eliminate-dead-branches", *_TO_SSA)
+_TO_SSA = ("--convert-local-access-chains", "--eliminate-local-single-block", "--eliminate-local-single-store",
+           "--ssa-rewrite", "--eliminate-dead-code-aggressive")
+PASSES = ("--merge-return", "--inline-entry-points-exhaustive", "--eliminate-dead-functions",
+          "--scalar-replacement=100", *_TO_SSA, "--loop-unroll", "--eliminate-dead-branches", *_TO_SSA)
 UNROLLED = "#extension GL_EXT_control_flow_attributes : enable\n"
 
 
@@ -71,7 +71,8 @@ _NAMES = {"instructions": "Instructions", "code_size": "Code size", "inverse_thr
 _WHOLE = ("vgprs", "branches")
 
 
-def cost(source: str, call: str, result: str, inputs: dict[str, str], gpu: str = "NAVI21", stage: str = "fragment") -> Cost:
+def cost(source: str, call: str, result: str, inputs: dict[str, str], gpu: str = "NAVI21",
+         stage: str = "fragment") -> Cost:
     """The cost of one call; see `Call`."""
     return costs([Call(source, call, result, tuple(inputs.items()))], gpu, stage)[0]
 
@@ -97,7 +98,8 @@ def shader(call: Call, stage: str) -> str:
 
 def baseline(call: Call, stage: str) -> str:
     """The same shader without the call: it stores the sum of the inputs."""
-    return _shader(call.inputs, "", " + ".join(gl.widened(name, kind) for name, kind in call.inputs) or "vec3(0.0)", stage)
+    total = " + ".join(gl.widened(name, kind) for name, kind in call.inputs)
+    return _shader(call.inputs, "", total or "vec3(0.0)", stage)
 
 
 def _shader(inputs: tuple[tuple[str, str], ...], source: str, value: str, stage: str) -> str:
@@ -195,7 +197,8 @@ def require_tools() -> None:
                if not shutil.which(program)]
     missing += [] if radv.manifests() else ["mesa-vulkan-drivers"]
     if missing:
-        raise InputError(f"--device isa: the AMD compiler's parts are missing: install {' '.join((*missing, 'libvulkan1'))}")
+        raise InputError("--device isa: the AMD compiler's parts are missing: install "
+                         + " ".join((*missing, "libvulkan1")))
     try:
         import vulkan  # noqa: F401
     except (ImportError, OSError):
@@ -215,9 +218,10 @@ def driver() -> str:
 @functools.cache
 def toolchain() -> str:
     """All that turns GLSL into figures, with versions."""
-    versions = (subprocess.run([program, "--version"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-                .stdout.splitlines()[0] for program in ("glslangValidator", "spirv-opt"))
-    return f"Mesa {driver()}, {', '.join(versions)}"
+    both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    glslang, tools = (subprocess.run([program, "--version"], **both).stdout.splitlines()[0]
+                      for program in ("glslangValidator", "spirv-opt"))
+    return f"Mesa {driver()}, glslang {glslang.rpartition(':')[2].strip()}, {' '.join(tools.split()[:2])}"
 
 
 def main() -> None:

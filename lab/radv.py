@@ -1,4 +1,6 @@
-"""What Mesa's RADV makes of SPIR-V, for a GPU that need not be there: python -m lobe.lab.radv NAVI21 VERTEX.spv < paths.
+"""What Mesa's RADV makes of SPIR-V, for a GPU that need not be there.
+
+    python -m lobe.lab.radv NAVI21 VERTEX.spv < paths
 
 A process of its own for each GPU, since the driver reads only once which GPU to play. Reads the paths of fragment or
 compute shaders in SPIR-V, a line each; prints the driver's name, then the statistics of each shader, as lines of JSON.
@@ -89,7 +91,8 @@ class Compiler:
             loadOp=vk.VK_ATTACHMENT_LOAD_OP_DONT_CARE, storeOp=vk.VK_ATTACHMENT_STORE_OP_STORE,
             initialLayout=vk.VK_IMAGE_LAYOUT_UNDEFINED, finalLayout=vk.VK_IMAGE_LAYOUT_GENERAL)]
         colours = [vk.VkAttachmentReference(attachment=0, layout=vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)]
-        passes = [vk.VkSubpassDescription(pipelineBindPoint=vk.VK_PIPELINE_BIND_POINT_GRAPHICS, pColorAttachments=colours)]
+        passes = [vk.VkSubpassDescription(pipelineBindPoint=vk.VK_PIPELINE_BIND_POINT_GRAPHICS,
+                                          pColorAttachments=colours)]
         wanted = vk.VkRenderPassCreateInfo(pAttachments=targets, pSubpasses=passes)
         return vk.vkCreateRenderPass(self.device, wanted, None)
 
@@ -119,8 +122,8 @@ class Compiler:
         blend = vk.VkPipelineColorBlendStateCreateInfo(pAttachments=targets)
         wanted = [vk.VkGraphicsPipelineCreateInfo(
             flags=vk.VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR, pStages=stages, pVertexInputState=vertices,
-            pInputAssemblyState=assembly, pViewportState=viewport, pRasterizationState=raster, pMultisampleState=samples,
-            pColorBlendState=blend, layout=self.layout, renderPass=self.render_pass)]
+            pInputAssemblyState=assembly, pViewportState=viewport, pRasterizationState=raster,
+            pMultisampleState=samples, pColorBlendState=blend, layout=self.layout, renderPass=self.render_pass)]
         return vk.vkCreateGraphicsPipelines(self.device, vk.VK_NULL_HANDLE, 1, wanted, None)[0]
 
 

@@ -11,6 +11,7 @@ from .paths import ROOT
 
 README = ROOT / "README.md"
 RESULTS = ROOT / "benchmarks" / "results" / "compare.json"
+COSTS = ROOT / "benchmarks" / "results" / "chart.json"
 _BLOCK = re.compile(r"(<!-- functions -->\n).*(<!-- /functions -->)", re.S)
 
 
@@ -22,10 +23,12 @@ def generated(text: str) -> str:
 def table() -> str:
     library = catalogue.load()
     measured = json.loads(RESULTS.read_text())["functions"]
-    lines = ["| function | what it is | worst error measured / allowed, units |", "|---|---|---|"]
+    costs = json.loads(COSTS.read_text())["functions"]
+    lines = ["| function | what it is | worst error measured / allowed, units | cost, cycles |", "|---|---|---|---:|"]
     for file in library.files:
         for f in file.functions:
-            lines.append(f"| {_call(f)} | {f.description} | {_error(measured.get(library.label(f)))} |")
+            lines.append(f"| {_call(f)} | {f.description} | {_error(measured.get(library.label(f)))} "
+                         f"| {_cost(costs.get(f.key))} |")
     return "\n".join(lines) + "\n"
 
 
@@ -35,6 +38,10 @@ def _call(f: Function) -> str:
 
 def _error(row: dict | None) -> str:
     return f"{row['max_units']:.1f} / {row['units_allowed']}" if row else "not measured"
+
+
+def _cost(row: dict | None) -> str:
+    return f"{row['NAVI21']['inverse_throughput']}" if row else "not measured"
 
 
 def main() -> None:

@@ -1,7 +1,8 @@
 """SPIR-V without branches: every path is computed, and what was decided by a branch becomes a select.
 
-SPIR-V 1.4 or later, whose OpSelect takes one condition for a vector. Works on the text that spirv-dis prints of one function without loops and local variables, as `isa` makes it by the
-optimiser's passes. Of such a function every block comes after those that lead to it.
+SPIR-V 1.4 or later, whose OpSelect takes one condition for a vector. Works on the text that spirv-dis prints of one
+function without loops and local variables, as `isa` makes it by the optimiser's passes. Of such a function every block
+comes after those that lead to it.
 """
 
 from __future__ import annotations

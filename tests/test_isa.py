@@ -63,14 +63,15 @@ def test_flattened_code_decides_as_the_branches_did(tools, tmp_path):
     context = gl.create_context("egl")
     expected = gl.evaluate(context, EARLY, "early(x)", "float", {"x": x[None, :, None]})[:, 0]
     close = np.isclose(got, expected, rtol=1e-4, atol=1e-5)
-    assert close.mean() > 0.995, x[~close][:9]  # built-ins differ in their last digits: an x beside a jump may fall to either side
+    assert close.mean() > 0.995, x[~close][:9]  # built-ins differ in last digits: beside a jump either side may do
 
 
 _ARITHMETIC = {
     "OpFAdd": np.add, "OpFSub": np.subtract, "OpFMul": np.multiply, "OpFDiv": np.divide, "OpFNegate": np.negative,
     "OpFOrdLessThan": np.less, "OpFOrdGreaterThan": np.greater, "OpLogicalNot": np.logical_not,
     "OpLogicalOr": np.logical_or, "OpLogicalAnd": np.logical_and, "OpCopyObject": lambda a: a, "OpSelect": np.where,
-    "Sqrt": np.sqrt, "Sin": np.sin, "Cos": np.cos, "Exp": np.exp, "Log": np.log, "InverseSqrt": lambda a: 1 / np.sqrt(a),
+    "Sqrt": np.sqrt, "Sin": np.sin, "Cos": np.cos, "Exp": np.exp, "Log": np.log,
+    "InverseSqrt": lambda a: 1 / np.sqrt(a),
 }
 
 

@@ -1,0 +1,210 @@
+"""Speed against accuracy: stored costs are those that the compiler still counts, and what is drawn can be read."""
+
+import itertools
+import json
+import subprocess
+import sys
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from matplotlib.text import Annotation, Text
+
+from lobe.lab import catalogue, chart, cost, families, findings, gl, gltime, isa, plots, radv
+from lobe.lab.errors import InputError
+
+LIBRARY = catalogue.load()
+FOUND = cost.stored()
+REPAIR = "repair: .venv/bin/python benchmarks/chart.py"
+SLACK = 0.25  # of a cost over the library's median cost, between two versions of the driver
+
+
+@pytest.fixture(scope="module")
+def tools():
+    try:
+        isa.require_tools()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+# Stored figures
+
+def test_every_function_was_measured_as_it_is():
+    stale = [f.key for f in LIBRARY.functions
+             if FOUND["functions"].get(f.key, {}).get("stamp") != cost.stamp(LIBRARY, f)]
+    assert not stale, f"their code is not the one that was measured; {REPAIR}"
+    assert set(FOUND["functions"]) == {f.key for f in LIBRARY.functions}
+
+
+def test_stamp_sees_code_and_what_it_calls_and_no_comment(tmp_path):
+    def stamp(change):
+        for file in LIBRARY.files:
+            (tmp_path / file.path.name).write_text(change(file.text))
+        catalogue.load.cache_clear()
+        library = catalogue.load(tmp_path)
+        return cost.stamp(library, library.find("lobe_GGX")[0])
+
+    now = cost.stamp(LIBRARY, LIBRARY.find("lobe_GGX")[0])
+    assert stamp(lambda text: text) == now
+    assert stamp(lambda text: text.replace("// Why this form:", "// Why this shape:")) == now
+    assert stamp(lambda text: text.replace("0.318309886", "0.318309887")) != now
+
+
+@pytest.mark.parametrize("gpu", [pytest.param(gpu, marks=[] if gpu == "NAVI21" else [pytest.mark.full])
+                                 for gpu in isa.GPUS])
+def test_costs_are_the_stored_ones(tools, gpu, tmp_path, monkeypatch, capsys):
+    """On another driver's version its ratios are held: figures are bound to the compiler that gave them."""
+    monkeypatch.setenv("LOBE_CACHE", str(tmp_path))  # so that the compiler is asked, and not an older answer
+    functions = [f for f in LIBRARY.functions if f.key in FOUND["functions"]]
+    now = dict(zip((f.key for f in functions), isa.costs([isa.of(LIBRARY, f) for f in functions], gpu)))
+    then = {key: FOUND["functions"][key][gpu] for key in now}
+    if FOUND["isa"]["toolchain"] == isa.toolchain():
+        changed = {key: (then[key], asdict(c)) for key, c in now.items() if asdict(c) != then[key]}
+        assert not changed, "\n" + "\n".join(_both(key, *figures) for key, figures in changed.items()) + f"\n{REPAIR}"
+        return
+    with capsys.disabled():
+        print(f"\n{FOUND['isa']['toolchain']} gave the stored figures, here is {isa.toolchain()}: only ratios are held")
+    scale = {key: (then[key]["inverse_throughput"], c.inverse_throughput) for key, c in now.items()}
+    middle = [np.median([pair[i] for pair in scale.values()]) for i in (0, 1)]
+    off = {key: pair for key, pair in scale.items() if pair[0] >= middle[0]
+           and abs(pair[1] / middle[1] / (pair[0] / middle[0]) - 1) > SLACK}
+    assert not off, f"stored and counted now, cycles: {off}; medians {middle}"
+
+
+def _both(key: str, then: dict, now: dict) -> str:
+    return f"{key}: " + ", ".join(f"{n} {then[n]} stored, {now[n]} now" for n in now if then[n] != now[n])
+
+
+def test_whoever_has_no_branch_is_charted_without_one():
+    assert {r["function"] for r in FOUND["results"] if r["cost"]["branches"]} <= set(), REPAIR
+
+
+def test_results_keep_to_the_schema():
+    assert FOUND["schema"] == 1
+    for row in FOUND["results"]:
+        assert {"function", "family", "origin", "device", "cost", "error", "domain"} <= set(row)
+        assert {"instructions", "inverse_throughput", "latency", "vgprs", "ns"} <= set(row["cost"])
+        assert {"max", "p99", "rms", "units", "approximation_max", "image_flip"} <= set(row["error"])
+        assert row["family"] in catalogue.FAMILIES and row["device"].partition(":")[0] in cost.DEVICES
+        assert (row["cost"]["ns"] is None) == row["device"].startswith("isa:")
+
+
+def test_stated_bounds_hold_in_the_stored_results():
+    """Where a header's bound is of the error that its chart measures, and of the same exact term."""
+    checked = 0
+    for row in (r for r in FOUND["results"] if r["key"] and r["device"] == "isa:NAVI21"):
+        (function,) = LIBRARY.find(row["key"])
+        stated = function.approximation
+        named = stated and (stated.name == catalogue.EXACT or row["stands_for"].startswith(f"{stated.name}("))
+        if not named or stated.is_relative == (row["chart"] in cost.ABSOLUTE):
+            continue
+        checked += 1
+        assert row["error"]["max"] <= stated.bound * 1.001 + 1e-5, (row["function"], row["error"]["max"], stated.bound)
+    assert checked >= 3
+
+
+def test_functions_join_their_chart_by_their_header():
+    shown = {row["key"] for row in FOUND["results"]}
+    joined = {m.key for c in families.CHARTS for m in families.members(c, library=LIBRARY) if m.key}
+    assert joined == shown - {""}, REPAIR
+    assert {f.key for f in LIBRARY.functions if f.name in ("lobe_GGX", "lobe_V_GGX", "lobe_F_Hall")} <= joined
+
+
+def test_pages_are_up_to_date():
+    repair = "repair: .venv/bin/python -m lobe.lab.findings"
+    assert findings.PAGE.read_text(encoding="utf-8") == findings.page(FOUND), repair
+    assert findings.stamp(FOUND) in findings.FIGURE.read_text(encoding="utf-8"), repair
+
+
+# What is measured
+
+def test_exact_terms_are_evaluated_at_the_inputs_of_the_call():
+    """The exact function of a chart, called in GLSL with the chart's inputs, agrees with the exact values."""
+    context = gl.create_context("egl")
+    for family in families.CHARTS:
+        inputs = family.sample(512)
+        same = [m for m in families.members(family, library=LIBRARY) if m.key == m.stands_for]
+        for member in same:
+            lit = {n: x[None] for n, x in inputs.items()}
+            got = cost.drawn(context, member.source, member.call, member.result, lit)
+            exact = families.exact_values(member.stands_for, inputs)
+            far = np.abs(got - exact) / np.where(np.abs(exact) > 1e-30, np.abs(exact), 1)
+            assert np.median(far) < (2e-2 if family.name == "albedo" else 1e-5), (family.name, member.name)
+
+
+def test_measuring_twice_gives_the_same_cost(tools, tmp_path):
+    """Of a whole run, all the way to the files."""
+    runs = []
+    for name in "ab":
+        command = [sys.executable, "-m", "lobe.lab", "chart", "--family", "power", "--out", tmp_path / name]
+        done = subprocess.run([*command, "--json", "-"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        runs.append(json.loads(done.stdout))
+        assert (tmp_path / name / "power-NAVI21.svg").stat().st_size > 5000
+    assert runs[0] == runs[1]
+    page = (tmp_path / "a" / "index.html").read_text(encoding="utf-8")
+    assert "Plotly.react" in page and "pow(s, exponent)" in page and "src=\"http" not in page
+
+
+def test_time_is_that_of_varying_inputs():
+    """No evaluation of the loop has the inputs of the one before: else it could be hoisted out."""
+    text = gltime._fragment("", "vec3(x) + v", (("x", "float"), ("v", "vec3")))
+    assert "float x = lobe_0x + lobe_step" in text and "vec3 v = lobe_0v + lobe_step" in text
+    context = gl.create_context("egl")
+    call = isa.Call("", "sin(x)", "float", (("x", "float"),))
+    (took,) = gltime.times(context, [call], [{"x": np.linspace(0, 1, 64, dtype=np.float32)[:, None]}], rounds=3)
+    assert np.isfinite(took.ns) and took.spread >= 0
+
+
+# What is drawn
+
+def row(cycles, rms, term="t"):
+    return {"device": "isa:NAVI21", "cost": {"inverse_throughput": cycles}, "error": {"rms": rms}, "stands_for": term}
+
+
+def test_front_holds_what_nothing_beats():
+    a, b, worse, tie = row(10, 1e-2), row(20, 1e-5), row(15, 1e-1), row(30, 0.99e-5)
+    assert chart.front([worse, b, tie, a], "rms") == [a, b]
+    assert chart.fronts([a, b, row(1, 1e-9, "other model")], "rms") == [[a, b]]
+
+
+@pytest.mark.parametrize("name", families.NAMES)
+def test_no_label_covers_another_or_a_point(name):
+    rows = [r for r in FOUND["results"] if r["chart"] == name and r["device"] == "isa:NAVI21"]
+    figure = plots.drawn(lambda f: chart.draw(f, families.NAMES[name], rows), (11, 2.6 + 0.14 * max(14, len(rows))))
+    figure.draw_without_rendering()  # which puts annotations in their places
+    for axes in figure.axes:
+        boxes = [Text.get_window_extent(t) for t in axes.get_children() if isinstance(t, Annotation)]  # without leader
+        assert len(boxes) == len(rows)
+        assert not [1 for a, b in itertools.combinations(boxes, 2) if a.overlaps(b) and _area(a, b) > 4]
+        area = axes.get_window_extent()
+        assert all(b.x0 > area.x0 - 3 and b.x1 < area.x1 + 3 for b in boxes)
+
+
+def _area(a, b) -> float:
+    """Square pixels that two boxes share."""
+    return max(min(a.x1, b.x1) - max(a.x0, b.x0), 0) * max(min(a.y1, b.y1) - max(a.y0, b.y0), 0)
+
+
+def test_origins_differ_in_shape_and_not_in_colour_alone():
+    shapes = [marker for marker, _, _ in chart.ORIGINS.values()]
+    assert len(set(shapes)) == len(shapes)
+    assert {r["origin"] for r in FOUND["results"]} <= set(chart.ORIGINS)
+
+
+# Bad usage
+
+@pytest.mark.parametrize("arguments, said", [
+    (["--family", "nonsense"], "--family nonsense: expected one of fresnel"),
+    (["--device", "nonsense"], "--device nonsense: expected one of isa, gl, all"),
+])
+def test_bad_usage_is_one_line(arguments, said, tmp_path):
+    command = [sys.executable, "-m", "lobe.lab", "chart", *arguments, "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1) and said in done.stderr
+
+
+def test_a_missing_driver_is_named(monkeypatch):
+    monkeypatch.setattr(radv, "ICDS", ("/nowhere",))
+    with pytest.raises(InputError, match="install mesa-vulkan-drivers libvulkan1"):
+        isa.require_tools()
