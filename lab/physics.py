@@ -157,6 +157,21 @@ def fraction(function: Function, shade: Shades) -> Measure:
     return Measure.of(np.maximum(got - 1, 0), function.units * shade.factor * compare.FLOAT32_ROUNDOFF)
 
 
+def is_monotone(function: Function) -> bool:
+    """Whether it must not grow with the cosine: Schlick's term with 1 at grazing."""
+    return function.name.startswith("lobe_F_Schlick") and function.parameter("f90") is None
+
+
+def monotone(function: Function, shade: Shades) -> Measure:
+    """Of what a larger cosine adds."""
+    inputs = sample(function)
+    larger = inputs | {"cosI": inputs["cosI"] + (1 - inputs["cosI"]) * np.geomspace(
+        1e-6, 1, len(inputs["cosI"]), dtype=np.float32)[:, None]}
+    values = [shade(function.call, function.result, x) for x in (inputs, larger)]
+    units = [_reference(function, x).unit for x in (inputs, larger)]
+    return Measure.of(np.maximum(values[1] - values[0], 0), function.units * shade.factor * sum(units) + SMALLEST)
+
+
 def rotation(function: Function, shade: Shades, rotations: int = 100) -> Measure:
     """Of what a rotation of all vectors changes."""
     base = sample(function, count=64)
@@ -302,6 +317,8 @@ def demands(library: Catalogue, functions: tuple[Function, ...]) -> Iterator[Dem
             yield Demand("symmetry", "reciprocity", f, partial(reciprocity, f))
         if {"N", "V", "L"} <= names:
             yield Demand("symmetry", "rotation", f, partial(rotation, f))
+        if is_monotone(f):
+            yield Demand("symmetry", "no growth with the cosine", f, partial(monotone, f))
         if is_fraction(f):
             yield Demand("limit", "not above 1", f, partial(fraction, f))
         if f.energy:

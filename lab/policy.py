@@ -79,7 +79,7 @@ def rules(function: Function, count: int = POINTS, seed: int = SEED) -> Iterator
             yield rule("alpha = 4", dict.fromkeys(widths, 4.0), dict.fromkeys(widths, 4.0))
     yield from _cosine_rules(function, rule)
     yield from _direction_rules(function, base, rule)
-    for name in names & {"f0", "albedo", "rs", "rd"}:
+    for name in sorted(names & {"f0", "albedo", "rs", "rd"}):
         if lobe:
             yield rule(f"{name} > 1 is 1", {name: 1.022}, {name: 1.0})
             yield rule(f"{name} < 0 is 0", {name: -0.5}, {name: 0.0}, same=True)

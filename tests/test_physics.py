@@ -47,6 +47,11 @@ def test_rotation_changes_nothing(function, shade):
     check(physics.rotation(function, shade))
 
 
+@over(f for f in LIBRARY.functions if physics.is_monotone(f))
+def test_schlick_does_not_grow_with_the_cosine(function, shade):
+    check(physics.monotone(function, shade))
+
+
 @pytest.mark.parametrize("first, other", physics.overload_pairs(LIBRARY), ids=lambda f: f.key)
 def test_overloads_agree(first, other, shade):
     check(physics.overloads(first, other, shade))
