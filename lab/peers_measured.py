@@ -112,8 +112,8 @@ def white(peer: Peer, context: gl.Context) -> float:
     return float(albedo.max())
 
 
-# Guards. Ours keep every finite input finite, and lobes dark below the horizon. To be weighed alike, a peer is given those
-# on inputs, and ours are freed of those on divisors, which cannot be put into a peer's function.
+# Guards. Ours keep every finite input finite, and lobes dark below the horizon. To be weighed alike, a peer is given
+# those on inputs, and ours are freed of those on divisors, which cannot be put into a peer's function.
 
 _ALPHA, _COLOUR = "clamp({}, 0.0, 1e3)", "max({}, 0.0)"
 _TERM_GUARDS = {"alpha": _ALPHA, "alphaX": _ALPHA, "alphaY": _ALPHA, "eta": "clamp({}, 1e-4, 1e4)",
@@ -178,7 +178,8 @@ def _opening(text: str) -> int:
     return -1
 
 
-_HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);")
+_HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);"
+                      r"|(?:\bv > \w+|min\(dot\(N, V\), dot\(N, L\)\) > 0\.0) \? ([^:;]+) : 0\.0")
 
 
 def weighed(peer: Peer) -> Call:
@@ -189,7 +190,8 @@ def weighed(peer: Peer) -> Call:
 def weighed_grey(peer: Peer) -> Call:
     """A whole GGX lobe of one grey f0, one channel stored, ours without its horizon rule."""
     call = re.sub(r"\bf0\b", "vec3(f0)", peer.call) + ".x"
-    return Call(_HORIZON.sub("", peer.source), call, "float", tuple((peer.parameters | {"f0": "float"}).items()))
+    source = _HORIZON.sub(lambda m: m[1] or "", peer.source)
+    return Call(source, call, "float", tuple((peer.parameters | {"f0": "float"}).items()))
 
 
 # Both, of all.
@@ -197,8 +199,8 @@ def weighed_grey(peer: Peer) -> Call:
 def measure(gpus: tuple[str, ...] = tuple(isa.GPUS)) -> list[dict]:
     """A row for each peer, and for each of ours that computes or approximates the same: errors and costs.
 
-    Costs are three. `shipped`: the call as it is. `guarded`: weighed_alike. `grey`, of whole GGX lobes: weighed_grey, in a
-    compute shader whose inputs come from memory.
+    Costs are three. `shipped`: the call as it is. `guarded`: weighed_alike. `grey`, of whole GGX lobes: weighed_grey,
+    in a compute shader whose inputs come from memory.
     """
     peers, context = members(), gl.create_context("egl")
     everyone = [*{o.function.key: o for p in peers for o in rivals(p)}.values(), *peers]

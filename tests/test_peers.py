@@ -228,6 +228,15 @@ def test_divisor_guards_are_taken_out():
     assert "max(" not in freed and "0.5 / (dot(c, g.yx))" in freed
 
 
+@pytest.mark.parametrize("key", [f.key for f in catalogue.load().functions if f.name in ("lobe_GGX", "lobe_GGX_fast")])
+def test_grey_lobes_have_no_horizon_rule(key):
+    """The one place where this knows how a file of glsl/ is written."""
+    ours = peers.ours(key, "specular")
+    source = measured.weighed_grey(ours).source
+    lobe = source[source.index(f"vec3 {ours.function.name}(") :]
+    assert source != ours.source and "return vec3(0.0)" not in lobe and ": 0.0;" not in lobe
+
+
 def test_page_is_up_to_date():
     text = peers_page.PAGE.read_text(encoding="utf-8")
     assert peers_page.generated(text) == text, "repair: .venv/bin/python -m lobe.lab.peers_page"
