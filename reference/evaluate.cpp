@@ -1,8 +1,8 @@
 #include "evaluate.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
+#include "parallel.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -21,9 +21,8 @@ void write(const Parameter& p, const Vec3& v, std::span<double> a) {
 bool is_direction(const Parameter& p) { return p.type == "vec3" && (p.name == "N" || p.name == "V" || p.name == "L"); }
 
 template <class Row> void for_rows(std::size_t rows, Row row) {
-    using Range = oneapi::tbb::blocked_range<std::size_t>;
-    oneapi::tbb::parallel_for(Range(0, rows, GRAIN), [&](const Range& r) {
-        for (std::size_t i = r.begin(); i != r.end(); ++i) row(i);
+    parallel_for((rows + GRAIN - 1) / GRAIN, [&](std::size_t part) {
+        for (std::size_t i = part * GRAIN; i < std::min(rows, (part + 1) * GRAIN); ++i) row(i);
     });
 }
 

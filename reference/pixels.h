@@ -1,21 +1,31 @@
 // How images are cut into tasks and pixels into samples.
 #pragma once
 
+#include "parallel.h"
 #include "registry.h"
 
-#include <oneapi/tbb/blocked_range2d.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/partitioner.h>
-
+#include <algorithm>
 #include <cstdint>
 
 namespace lobe {
 
-using Tile = oneapi::tbb::blocked_range2d<int>;  // rows are y, cols are x
+struct Tile {
+    int x0, x1, y0, y1;
+
+    // Calls visit(x, y) for its pixels, row by row.
+    template <class Visit> void for_pixels(const Visit& visit) const {
+        for (int y = y0; y < y1; ++y)
+            for (int x = x0; x < x1; ++x) visit(x, y);
+    }
+};
 
 template <class Body> void for_tiles(int width, int height, const Body& body) {
     constexpr int TILE = 16;
-    oneapi::tbb::parallel_for(Tile(0, height, TILE, 0, width, TILE), body, oneapi::tbb::simple_partitioner());
+    const int across = (width + TILE - 1) / TILE, down = (height + TILE - 1) / TILE;
+    parallel_for(std::size_t(across) * down, [&](std::size_t i) {
+        const int x = static_cast<int>(i % across) * TILE, y = static_cast<int>(i / across) * TILE;
+        body(Tile{x, std::min(x + TILE, width), y, std::min(y + TILE, height)});
+    });
 }
 
 // Steele, Lea and Flood 2014, the finaliser of SplitMix64.

@@ -4,7 +4,6 @@
 #include "models.h"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <stdexcept>
 
@@ -279,7 +278,7 @@ void Render::add_samples(int count) {
                 layers_[k][pixel] += std::exchange(tracer.by_source()[k], Vec3(0));
         }
     };
-    oneapi::tbb::parallel_for(std::size_t(0), film_.tiles(), [&](std::size_t t) {
+    parallel_for(film_.tiles(), [&](std::size_t t) {
         if (film_.finished(t)) return;
         Tracer& tracer = tracers.local();
         const int done = film_.samples(t);

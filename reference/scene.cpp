@@ -333,8 +333,7 @@ Trace Scene::trace(const Camera& camera, int width, int height, bool shadows, in
         }
     };
     for_tiles(width, rows, [&](const Tile& tile) {
-        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
-            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) trace_pixel(x, y);
+        tile.for_pixels(trace_pixel);
     });
     return t;
 }
@@ -357,8 +356,7 @@ std::vector<double> Scene::beauty(const Camera& camera, int width, int height, i
     for_tiles(width, height, [&](const Tile& tile) {
         std::vector<Material> materials;  // of this tile alone, since lobes keep their vectors among their arguments
         for (const Object& o : objects_) materials.push_back(o.material);
-        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
-            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) render_pixel(x, y, materials);
+        tile.for_pixels([&](int x, int y) { render_pixel(x, y, materials); });
     });
     return image;
 }
@@ -371,21 +369,20 @@ RayCount Scene::bare_loop(const Camera& camera, int width, int height, int sampl
     const View view = camera.view(width, height);
     for_tiles(width, height, [&](const Tile& tile) {
         std::size_t hits = 0;
-        for (int y = tile.rows().begin(); y != tile.rows().end(); ++y)
-            for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
-                PixelSamples positions(static_cast<std::size_t>(y) * width + x, samples, 0);
-                for (int i = 0; i < samples; ++i) {
-                    const Vec2 p = positions.next();
-                    const Ray ray = view.ray(x + p.x, y + p.y);
-                    const RTCRayHit found = first_hit(scene_.get(), ray);
-                    if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-                    if (Vec3(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z).dot(lights.front().place) <= 0) continue;
-                    const double distance = found.ray.tfar * (1 - SHADOW_OFFSET);
-                    reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights.front().place,
-                                                    std::numeric_limits<double>::infinity()));
-                    ++hits;
-                }
+        tile.for_pixels([&](int x, int y) {
+            PixelSamples positions(static_cast<std::size_t>(y) * width + x, samples, 0);
+            for (int i = 0; i < samples; ++i) {
+                const Vec2 p = positions.next();
+                const Ray ray = view.ray(x + p.x, y + p.y);
+                const RTCRayHit found = first_hit(scene_.get(), ray);
+                if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+                if (Vec3(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z).dot(lights.front().place) <= 0) continue;
+                const double distance = found.ray.tfar * (1 - SHADOW_OFFSET);
+                reaches(scene_.get(), float_ray(ray.origin + ray.direction * distance, lights.front().place,
+                                                std::numeric_limits<double>::infinity()));
+                ++hits;
             }
+        });
         shadow_rays += hits;
     });
     return {static_cast<std::size_t>(width) * height * samples, shadow_rays};

@@ -168,5 +168,53 @@ TEST(Environment, DrawsByItsLight) {
     EXPECT_NEAR(drawn, exact, 5e-3 * exact);
 }
 
+// All kinds of lights and materials at once.
+Scene lit_by_everything() {
+    Scene scene;
+    const Lobe lambert("lobe_Lambert(vec3,vec3,vec3,vec3)", {{"albedo", {0.5, 0.6, 0.7}}});
+    const Lobe ggx("lobe_GGX(vec3,vec3,vec3,vec3,float)", {{"f0", {0.04, 0.04, 0.04}}, {"alpha", {0.2}}});
+    scene.set_material(scene.add(Plane{{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, 5}), {{lambert}, {}, {}});
+    scene.set_material(scene.add(Sphere{Vec3(0), 1}), {{lambert, ggx}, Mirror{Vec3(0.1)}, {}});
+    scene.set_material(scene.add(Sphere{{2, 0, 0}, 0.8}), {{}, {}, Glass{1.5}});
+    scene.add(Light{true, {0, 1, 0}, Vec3(0.5)});
+    scene.add(Light{false, {3, 3, 3}, Vec3(5)});
+    scene.add_rectangle_light({{0, 3, 0}, {0, -1, 0}, {1, 0, 0}, 0.5}, Vec3(4));
+    scene.add_sphere_light({{-2, 2, 1}, 0.3}, Vec3(9));
+    scene.set_environment(Environment(std::vector<float>(3 * 8 * 4, 0.3f), 8, 4, 0));
+    return scene;
+}
+
+TEST(Render, ThreadsAndStopsDoNotChangeABit) {
+    const Scene scene = lit_by_everything();
+    const Camera camera({1, 2, 6}, Vec3(0), {0, 1, 0}, 40);
+    const auto rendered = [&](int threads, int calls) {
+        set_threads(threads);
+        Render render(scene, camera, 50, 40, {.layers = true});
+        render.set_target(0.05);
+        for (int i = 0; i < calls; ++i) render.advance(32 / calls);
+        set_threads(0);
+        std::vector<char> state(render.state_size());
+        render.state(state.data());
+        return std::string(state.begin(), state.end());
+    };
+    const std::string alone = rendered(1, 1);
+    EXPECT_EQ(alone, rendered(2, 1));
+    EXPECT_EQ(alone, rendered(4, 4));
+}
+
+TEST(Render, RefusesWhatIsNotItsState) {
+    const Scene scene = lit_by_everything();
+    const Camera camera({1, 2, 6}, Vec3(0), {0, 1, 0}, 40);
+    Render render(scene, camera, 8, 8, {}), other(scene, camera, 8, 8, {.seed = 1});
+    std::string state(render.state_size(), '\0');
+    render.state(state.data());
+    EXPECT_NO_THROW(render.restore(state));
+    EXPECT_THROW(other.restore(state), std::invalid_argument);
+    EXPECT_THROW(render.restore(state.substr(1)), std::invalid_argument);
+    EXPECT_THROW(render.restore(""), std::invalid_argument);
+    state.back() ^= 1;
+    EXPECT_THROW(render.restore(state), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace lobe
