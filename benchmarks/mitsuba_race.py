@@ -1,7 +1,7 @@
 """Lobe's reference against Mitsuba 3 (LLVM): error over time, on three scenes that both express exactly, and whether
 their pictures are the same. Needs the extra `peers` (pip install -e '.[peers]') and LLVM (Debian: libllvm19).
 
-    .venv/bin/python benchmarks/mitsuba_race.py                    # all, about a quarter of an hour; writes results/
+    .venv/bin/python benchmarks/mitsuba_race.py                    # all, a quarter of an hour; writes docs/mitsuba.md
     .venv/bin/python benchmarks/mitsuba_race.py --agree            # only whether the pictures are the same; prints JSON
 """
 
@@ -11,24 +11,23 @@ import argparse
 import datetime
 import json
 import os
+import re
 import statistics
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
-os.environ["HOME"] = tempfile.mkdtemp()  # Mitsuba keeps compiled kernels at home: here each run compiles its own
+import mitsuba_scenes
+from mitsuba_scenes import PAIRS, ROUGH, ROULETTE
+from reference_rate import cpu_name
 
-import mitsuba_scenes  # noqa: E402
-from mitsuba_scenes import PAIRS, ROULETTE  # noqa: E402
-from reference_rate import cpu_name  # noqa: E402
-
-from lobe import reference  # noqa: E402
-from lobe.lab import plots  # noqa: E402
+from lobe import reference
+from lobe.lab import plots
 
 RESULTS = Path(__file__).resolve().parent / "results"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "mitsuba.md"
 SAMPLES = tuple(4**i for i in range(7))  # 1..4096 a pixel
 TARGETS = (1e-2, 1e-3)  # RMS error over the picture's mean
 BLOCK = 8  # pixels; the agreement is judged by the means of blocks
@@ -63,10 +62,14 @@ class Mitsuba:
         return np.array(self.mi.render(self.scene, spp=samples, seed=seed), dtype=float)
 
 
+CLOCKS = {"wall": time.perf_counter, "cpu": time.process_time}  # cpu: all threads; for a machine that others use, too
+clock = CLOCKS["wall"]
+
+
 def timed(renderer, samples: int, seed: int) -> tuple[float, np.ndarray]:
-    start = time.perf_counter()
+    start = clock()
     picture = renderer.picture(samples, seed)
-    return time.perf_counter() - start, picture
+    return clock() - start, picture
 
 
 # --- the truth, and whether it is one ---------------------------------------------------------------------------------
@@ -132,24 +135,27 @@ def rms(picture: np.ndarray, truth: Mean) -> float:
     return float(np.sqrt(max(squared, 0.0)) / truth.value.mean())
 
 
-def raced(lobe: Lobe, others: dict[str, Mitsuba], truth: Mean, most: int, rounds: int) -> dict[str, list[dict]]:
-    """Curves of each renderer. Lobe goes on from where it was, Mitsuba begins each time anew, as each is used."""
-    samples = [n for n in SAMPLES if n <= most]
-    found = {name: {n: [] for n in samples} for name in ("lobe", *others)}
+def raced(lobe: Lobe, mitsuba: Mitsuba, truth: Mean, cold: dict[int, float], rounds: int) -> dict[str, list[dict]]:
+    """Curves of both, round by round in turn. Lobe goes on from where it was, Mitsuba begins each time anew, as each is
+    used; Mitsuba has compiled its kernel for each number of samples before, and `cold` tells what that took with it."""
+    samples = list(cold)
+    found = {name: {n: [] for n in samples} for name in ("lobe", "mitsuba")}
     for seed in range(rounds):
         render, spent = lobe.start(seed), 0.0
         for before, n in zip([0, *samples], samples):
-            start = time.perf_counter()
+            start = clock()
             render.advance(n - before)
             picture = render.beauty()
-            spent += time.perf_counter() - start
+            spent += clock() - start
             found["lobe"][n].append((spent, rms(picture, truth)))
-            for name, other in others.items():
-                seconds, picture = timed(other, n, seed)
-                found[name][n].append((seconds, rms(picture, truth)))
-    return {name: [{"samples": n, "seconds": statistics.median(s for s, _ in values),
-                    "error": float(np.sqrt(np.mean([e**2 for _, e in values])))} for n, values in curve.items()]
-            for name, curve in found.items()}
+            seconds, picture = timed(mitsuba, n, seed)
+            found["mitsuba"][n].append((seconds, rms(picture, truth)))
+    curves = {name: [{"samples": n, "seconds": statistics.median(s for s, _ in values),
+                      "error": float(np.sqrt(np.mean([e**2 for _, e in values])))} for n, values in curve.items()]
+              for name, curve in found.items()}
+    curves["mitsuba_compiling"] = [point | {"seconds": max(cold[point["samples"]], point["seconds"])}
+                                   for point in curves["mitsuba"]]
+    return curves
 
 
 def time_to(target: float, curve: list[dict]) -> tuple[float, bool]:
@@ -164,55 +170,60 @@ def time_to(target: float, curve: list[dict]) -> tuple[float, bool]:
     return float(t * (e / target) ** 2), True
 
 
-def compile_seconds(renderer: Mitsuba, samples: int) -> float:
-    """What the first picture takes longer than the second."""
-    return max(timed(renderer, samples, 1)[0] - timed(renderer, samples, 2)[0], 0.0)
+def cost_of(native: Mitsuba, put: Mitsuba, samples: int) -> float:
+    """Time of Mitsuba's own material over that of the one with the correlation put in, interleaved."""
+    native.picture(samples, 9), put.picture(samples, 9)
+    return statistics.median(timed(native, samples, i)[0] / timed(put, samples, i)[0] for i in range(5))
 
 
 def measured(mi, pair, arguments) -> dict:
-    lobe = Lobe(pair, arguments.size)
-    others = {"mitsuba": Mitsuba(mi, pair.mitsuba(mi, arguments.size))}
+    lobe, mitsuba = Lobe(pair, arguments.size), Mitsuba(mi, pair.mitsuba(mi, arguments.size))
+    cold = {n: timed(mitsuba, n, 999)[0] for n in SAMPLES if n <= arguments.most}
+    batch = min(arguments.most, 256)
+    ours, theirs = batches([lobe, mitsuba], batch, arguments.seconds)
+    truth = min((ours, theirs), key=lambda m: m.variance.mean())
+    curves = raced(lobe, mitsuba, truth, cold, arguments.rounds)
+    result = {
+        "depth": pair.depth, "agreement": agreement(ours, theirs),
+        "truth": {"by": "lobe" if truth is ours else "mitsuba", "samples": batch * truth.count,
+                  "error": float(np.sqrt(truth.variance.mean()) / truth.value.mean())},
+        "curves": curves, "time_to": {f"{target:g}": compared(target, curves) for target in TARGETS},
+    }
     if pair.native:
-        others["mitsuba, its own material"] = Mitsuba(mi, pair.native(mi, arguments.size))
-    compiled = {name: compile_seconds(other, 16) for name, other in others.items()}
-    for other in others.values():  # every number of samples has its own kernel
-        for n in (n for n in SAMPLES if n <= min(arguments.most, 256)):
-            other.picture(n, 3)
-    ours, theirs = batches([lobe, others["mitsuba"]], min(arguments.most, 256), arguments.seconds)
-    truth = max((ours, theirs), key=lambda m: -m.variance.mean())
-    result = {"depth": pair.depth, "compile_seconds": compiled, "agreement": agreement(ours, theirs),
-              "truth": {"by": "lobe" if truth is ours else "mitsuba",
-                        "error": float(np.sqrt(truth.variance.mean()) / truth.value.mean())}}
-    # Each renderer's own material has its own truth.
-    race = {name: other for name, other in others.items() if name == "mitsuba"}
-    result["curves"] = raced(lobe, race, truth, arguments.most, arguments.rounds)
-    for name in others.keys() - race.keys():
-        n = min(arguments.most, 256)
-        pair_of_times = [(timed(others["mitsuba"], n, i)[0], timed(others[name], n, i)[0]) for i in range(5)]
-        result["time_of_its_own_material"] = statistics.median(b / a for a, b in pair_of_times)
-    result["time_to"] = {}
-    for target in TARGETS:
-        (ours_t, ours_beyond), (theirs_t, theirs_beyond) = (time_to(target, result["curves"][n]) for n in ("lobe", "mitsuba"))
-        result["time_to"][f"{target:g}"] = {
-            "lobe": ours_t, "mitsuba": theirs_t, "mitsuba_with_compilation": theirs_t + compiled["mitsuba"],
-            "times_faster": theirs_t / ours_t, "extrapolated": [n for n, b in (("lobe", ours_beyond), ("mitsuba", theirs_beyond)) if b]}
+        native = Mitsuba(mi, pair.native(mi, arguments.size))
+        result["time_of_its_own_material"] = cost_of(native, mitsuba, batch)
     return result
+
+
+def compared(target: float, curves: dict) -> dict:
+    times = {name: time_to(target, curve) for name, curve in curves.items()}
+    return {name: seconds for name, (seconds, _) in times.items()} | {
+        "times_faster": times["mitsuba"][0] / times["lobe"][0],
+        "times_faster_than_compiling": times["mitsuba_compiling"][0] / times["lobe"][0],
+        "extrapolated": [name for name in ("lobe", "mitsuba") if times[name][1]]}
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
+DRAWN = {"lobe": (plots.BLUE, "o-", "Lobe"), "mitsuba": (plots.ORANGE, "s-", "Mitsuba 3 LLVM"),
+         "mitsuba_compiling": (plots.ORANGE, "s:", "with its compilation")}
+
+
 def draw(result: dict):
+    seconds = "seconds" if result["clock"] == "wall" else "seconds of all cores"
+
     def on(figure):
         axes = figure.subplots(1, len(result["scenes"]), squeeze=False)[0]
         for axis, (name, scene) in zip(axes, result["scenes"].items()):
-            for who, colour, label in (("lobe", plots.BLUE, "Lobe"), ("mitsuba", plots.ORANGE, "Mitsuba 3 LLVM")):
+            for who, (colour, line, label) in DRAWN.items():
                 curve = [p for p in scene["curves"][who] if p["error"] > 0]
-                axis.loglog([p["seconds"] for p in curve], [p["error"] for p in curve], "o-", color=colour, markersize=4,
-                            label=label)
+                axis.loglog([p["seconds"] for p in curve], [p["error"] for p in curve], line, color=colour,
+                            markersize=3.5, linewidth=1.2, label=label)
             for target in TARGETS:
                 axis.axhline(target, color=plots.GREY, linewidth=0.8, linestyle=":")
-            plots.style(axis, name, xlabel="seconds", ylabel="RMS error over the mean" if axis is axes[0] else "")
+            plots.style(axis, name, xlabel=seconds)
+        axes[0].set_ylabel("RMS error over the mean")
         axes[0].legend(fontsize=8, frameon=False)
 
     return on
@@ -222,13 +233,39 @@ def table(result: dict) -> str:
     lines = []
     for name, scene in result["scenes"].items():
         found = scene["agreement"]
-        lines.append(f"{name}: means differ by {found['relative_difference']:+.1e} ({found['z_of_mean']:+.1f} sigma), blocks "
-                     f"{found['z_rms_of_blocks']:.2f} sigma: {'the same picture' if agrees(found) else 'DIFFERENT PICTURES'}")
+        verdict = "the same picture" if agrees(found) else "DIFFERENT PICTURES"
+        lines.append(f"{name}: means differ by {found['relative_difference']:+.1e} ({found['z_of_mean']:+.1f} sigma), "
+                     f"blocks by {found['z_rms_of_blocks']:.2f} sigma: {verdict}")
         for target, t in scene.get("time_to", {}).items():
             beyond = f" (extrapolated: {', '.join(t['extrapolated'])})" if t["extrapolated"] else ""
-            lines.append(f"  to {target}: Lobe {t['lobe']:.3g} s, Mitsuba {t['mitsuba']:.3g} s, with compilation "
-                         f"{t['mitsuba_with_compilation']:.3g} s; Lobe is {t['times_faster']:.2g} times as fast{beyond}")
+            lines.append(f"  to {target}: Lobe {t['lobe']:.3g} s, Mitsuba {t['mitsuba']:.3g} s, with its compilation "
+                         f"{t['mitsuba_compiling']:.3g} s: Lobe is {t['times_faster']:.2g} and "
+                         f"{t['times_faster_than_compiling']:.2g} times as fast{beyond}")
     return "\n".join(lines)
+
+
+def page(text: str, result: dict) -> str:
+    """The text of docs/mitsuba.md with its tables up to date."""
+    same = ["| scene | means, Lobe over Mitsuba | sigma of it | z of the mean | z of blocks, RMS (1 is right) |",
+            "|---|---|---|---|---|"]
+    fast = ["| scene | to an RMS error of | Lobe | Mitsuba | with its compilation | Lobe is times as fast |",
+            "|---|---|---|---|---|---|"]
+    for name, scene in result["scenes"].items():
+        found = scene["agreement"]
+        same.append(f"| {name} | {1 + found['relative_difference']:.5f} | {found['relative_sigma']:.5f} | "
+                    f"{found['z_of_mean']:+.2f} | {found['z_rms_of_blocks']:.2f} |")
+        for target, t in scene["time_to"].items():
+            seconds = [f"{t[who]:.3g} s{' *' if who.partition('_')[0] in t['extrapolated'] else ''}" for who in DRAWN]
+            fast.append(f"| {name} | {target} | {' | '.join(seconds)} | {t['times_faster']:.2g} |")
+    clock_name = "seconds of all cores together" if result["clock"] == "cpu" else "seconds"
+    measured_on = (f"{result['size']} × {result['size']} pixels, {clock_name}, {result['threads']} threads of "
+                   f"{result['cpu']}; Mitsuba {result['mitsuba']}, {result['variant']}, sampler `{result['sampler']}`; "
+                   f"{result['date']}.")
+    for block, lines in (("agreement", same), ("race", [*fast, "", measured_on])):
+        content = "\n".join(lines)
+        text = re.sub(rf"(<!-- {block} -->\n).*(<!-- /{block} -->)", lambda m: f"{m[1]}{content}\n{m[2]}", text,
+                      flags=re.S)
+    return text
 
 
 def machine(mi, threads: int) -> dict:
@@ -237,15 +274,19 @@ def machine(mi, threads: int) -> dict:
 
 
 def judged(mi, pairs, arguments) -> dict:
-    """Only the agreement, with Mitsuba's own material, which is another, as what must be seen to differ."""
+    """Only the agreement; and Mitsuba's own rough metal, which is another, as what must be seen to differ."""
+    cases = {pair.name: (pair, pair.mitsuba) for pair in (*pairs, ROUGH)}
+    cases |= {f"{ROUGH.name}, its own material": (ROUGH, ROUGH.native)}
     scenes = {}
-    for pair in pairs:
-        lobe = Lobe(pair, arguments.size)
-        for name, build in (("", pair.mitsuba), (", its own material", pair.native)):
-            if build:
-                means = batches([lobe, Mitsuba(mi, build(mi, arguments.size))], 64, arguments.seconds, least=24)
-                scenes[pair.name + name] = {"agreement": agreement(*means)}
+    for name, (pair, build) in cases.items():
+        renderers = [Lobe(pair, arguments.size), Mitsuba(mi, build(mi, arguments.size))]
+        scenes[name] = {"agreement": agreement(*batches(renderers, 64, arguments.seconds, least=24))}
     return scenes
+
+
+def publish(result: dict) -> None:
+    plots.write_svg(PAGE.parent / "figures" / "mitsuba.svg", draw(result), (3.6 * len(result["scenes"]), 3.2))
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8"), result), encoding="utf-8")
 
 
 def main() -> None:
@@ -256,13 +297,16 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=SAMPLES[-1], help="samples a pixel at the end of the race")
     parser.add_argument("--seconds", type=float, default=60, help="that each renderer works on the truth of a scene")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--clock", choices=CLOCKS, default="wall")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
+    global clock
+    clock = CLOCKS[arguments.clock]
     mi = mitsuba_scenes.load_mitsuba(arguments.threads)
     reference.set_threads(arguments.threads)
     pairs = [PAIRS[name] for name in arguments.scene or PAIRS]
-    result = {**machine(mi, arguments.threads), "size": arguments.size}
+    result = {**machine(mi, arguments.threads), "clock": arguments.clock, "size": arguments.size}
     if arguments.agree:
         result["scenes"] = judged(mi, pairs, arguments)
         print(table(result), file=sys.stderr)
@@ -273,7 +317,8 @@ def main() -> None:
         result["scenes"][pair.name] = measured(mi, pair, arguments)
         print(table(result | {"scenes": {pair.name: result["scenes"][pair.name]}}), flush=True)
     (arguments.out / "mitsuba.json").write_text(json.dumps(result, indent=1) + "\n")
-    plots.write_svg(arguments.out / "mitsuba.svg", draw(result), (3.6 * len(pairs), 3.2))
+    if arguments.out == RESULTS:
+        publish(result)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import glob
 import os
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,7 +24,11 @@ ROULETTE = 5  # interactions of a path before chance may end it, in both
 
 
 def load_mitsuba(threads: int):
-    """Mitsuba's module, ready to render on the CPU. Debian hides LLVM's library from it."""
+    """Mitsuba's module, ready to render on the CPU. Debian hides LLVM's library from it; and it keeps compiled kernels
+    at home, which here is a new one, so that each run compiles its own."""
+    global _home
+    _home = tempfile.TemporaryDirectory()  # until the program ends
+    os.environ["HOME"] = _home.name
     found = sorted(glob.glob("/usr/lib/*/libLLVM.so.*") + glob.glob("/usr/lib/llvm-1[6-9]/lib/libLLVM*.so*"))
     if found:
         os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[-1])
@@ -54,7 +59,8 @@ class Pair:
 # --- box: a bunny in a diffuse box under a square lamp ----------------------------------------------------------------
 
 WHITE, RED, GREEN, CLAY = (0.7, 0.7, 0.7), (0.6, 0.06, 0.05), (0.12, 0.45, 0.1), (0.6, 0.45, 0.35)
-LAMP = {"center": (0.0, 0.99, 0.0), "half_u": (0.35, 0.0, 0.0), "half_v": (0.0, 0.0, 0.35), "radiance": (16.0, 13.0, 9.0)}
+LAMP = {"center": (0.0, 0.99, 0.0), "half_u": (0.35, 0.0, 0.0), "half_v": (0.0, 0.0, 0.35),
+        "radiance": (16.0, 13.0, 9.0)}
 WALLS = (  # centre, normal, albedo; squares of half size 1
     ((0, -1, 0), (0, 1, 0), WHITE), ((0, 1, 0), (0, -1, 0), WHITE), ((0, 0, -1), (0, 0, 1), WHITE),
     ((-1, 0, 0), (1, 0, 0), RED), ((1, 0, 0), (-1, 0, 0), GREEN))
@@ -93,19 +99,24 @@ def _probe() -> np.ndarray:
     return probes.load(scenes.RIGS["lobby"].probe).astype(np.float32)
 
 
-def _gold_lobe():
+def _gold_lobe(metal: dict = GOLD):
     scene, mesh = reference.Scene(), scenes.load_mesh(scenes.SHAPES["teapot"])
-    scene.set_material(scene.add_mesh(mesh.vertices, mesh.faces, normals=mesh.normals), [(CONDUCTOR, GOLD)])
+    scene.set_material(scene.add_mesh(mesh.vertices, mesh.faces, normals=mesh.normals), [(CONDUCTOR, metal)])
     scene.set_environment(_probe())
     return scene, reference.Camera(EYE, TARGET, UP, FOV_Y)
 
 
-def _gold_mitsuba(mi, size: int, kind: str = "correlated") -> dict:
+def _gold_mitsuba(mi, size: int, metal: dict = GOLD, kind: str = "correlated") -> dict:
     mesh = scenes.load_mesh(scenes.SHAPES["teapot"])
-    metal = {"type": kind, "distribution": "ggx", "alpha": GOLD["alpha"]}
-    metal |= {name: {"type": "rgb", "value": list(GOLD[name])} for name in ("eta", "k")}
+    bsdf = {"type": kind, "distribution": "ggx", "alpha": metal["alpha"]}
+    bsdf |= {name: {"type": "rgb", "value": list(metal[name])} for name in ("eta", "k")}
     return _scene(mi, size, (EYE, TARGET, UP, FOV_Y), 3) | {
-        "probe": _environment(mi), "teapot": _mesh(mi, mesh.vertices, mesh.faces, metal)}
+        "probe": _environment(mi), "teapot": _mesh(mi, mesh.vertices, mesh.faces, bsdf)}
+
+
+def _gold(name: str, metal: dict) -> Pair:
+    return Pair(name, 3, lambda: _gold_lobe(metal), lambda mi, size: _gold_mitsuba(mi, size, metal),
+                lambda mi, size: _gold_mitsuba(mi, size, metal, "roughconductor"))
 
 
 # --- glass: a ball of it on diffuse ground, in a probe ----------------------------------------------------------------
@@ -123,17 +134,20 @@ def _glass_lobe():
 
 
 def _glass_mitsuba(mi, size: int) -> dict:
+    glass = {"type": "dielectric", "int_ior": GLASS_ETA, "ext_ior": 1.0}
+    ground = _square(mi, (0, -BALL, 0), (0, 1, 0), GROUND)
     return _scene(mi, size, (EYE, TARGET, UP, FOV_Y), 8) | {
         "probe": _environment(mi),
-        "ball": {"type": "sphere", "radius": BALL, "bsdf": {"type": "dielectric", "int_ior": GLASS_ETA, "ext_ior": 1.0}},
-        "ground": {"type": "rectangle", "to_world": _square(mi, (0, -BALL, 0), (0, 1, 0), GROUND), "bsdf": _diffuse(GREY)}}
+        "ball": {"type": "sphere", "radius": BALL, "bsdf": glass},
+        "ground": {"type": "rectangle", "to_world": ground, "bsdf": _diffuse(GREY)}}
 
 
 PAIRS = {pair.name: pair for pair in (
     Pair("box", 6, _box_lobe, _box_mitsuba),
-    Pair("gold", 3, _gold_lobe, _gold_mitsuba, lambda mi, size: _gold_mitsuba(mi, size, "roughconductor")),
+    _gold("gold", GOLD),
     Pair("glass", 8, _glass_lobe, _glass_mitsuba),
 )}
+ROUGH = _gold("rough gold", GOLD | {"alpha": 0.7})  # where the correlation of masking and shadowing is seen
 
 
 # --- Mitsuba's words --------------------------------------------------------------------------------------------------
@@ -186,8 +200,8 @@ def _mesh(mi, vertices, faces, bsdf: dict):
 
 
 def _environment(mi) -> dict:
-    """The probe, bilinear between the centres of its texels. Mitsuba's rows lie on the poles and its columns half a step
-    aside, so that the same function is given to it on a grid of half the step, which holds all its kinks."""
+    """The probe, bilinear between the centres of its texels. Mitsuba's rows lie on the poles and its columns half a
+    step aside, so that the same function is given to it on a grid of half the step, which holds all its kinks."""
     pixels = _probe().astype(float)
     height, width = pixels.shape[:2]
     rows = pixels[np.clip(np.arange(-1, height + 1), 0, height - 1)]

@@ -1,4 +1,4 @@
-"""Light from a probe: where its texels lie, the few directions that stand for it, and that the comparison sees by them."""
+"""Light from a probe: where its texels lie, the few directions that stand for it, and the comparison by their light."""
 
 from dataclasses import replace
 
@@ -19,8 +19,8 @@ def lobby():
 
 def centres(height, width):
     """Directions of the texels' centres, [h, w, 3], from angles."""
-    theta, phi = np.meshgrid(np.pi * (np.arange(height) + 0.5) / height, 2 * np.pi * (np.arange(width) + 0.5) / width - np.pi,
-                             indexing="ij")
+    rows, columns = (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width
+    theta, phi = np.meshgrid(np.pi * rows, 2 * np.pi * columns - np.pi, indexing="ij")
     return np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)], axis=-1)
 
 
@@ -98,8 +98,10 @@ def test_the_comparison_under_a_probe_fails_on_faults_alone(context):
         assert not row["pass"] and row["max_units"] > 10 * row["units_allowed"], fault
 
 
-@pytest.mark.parametrize("function", [f for f in LIBRARY.functions if f.kind == "lobe" and not compare.is_quadrature(f)],
-                         ids=lambda f: f.key)
+LOBES = [f for f in LIBRARY.functions if f.kind == "lobe" and not compare.is_quadrature(f)]
+
+
+@pytest.mark.parametrize("function", LOBES, ids=lambda f: f.key)
 def test_lobes_agree_under_a_probe(function):
     row = compare.compare(case(function.name), compare.library_shader(function, LIBRARY.text, function.name),
                           gl.create_context("egl")).row
