@@ -38,6 +38,7 @@ EARLY = """float early(float x) {
     float y = sin(x) / (x + 1.0);
     if (y < 0.2) return exp(y) * y;
     float z = 0.0;
+    if (x > 0.6) { if (y > 0.4) return y * y + 3.0; z = 0.1; }
     if (x > 0.9) { z = log(x); if (y > 0.45) return z; z += inversesqrt(x); } else z = cos(y * x);
     for (int i = 0; i < 3; ++i) z = sqrt(z * z + x);
     return z;

@@ -240,6 +240,19 @@ def test_launcher_installs_packages_as_root(machine):
     assert machine.called("install --no-install-recommends libgtest-dev") == 1
 
 
+@pytest.mark.parametrize("apt_get", ["", "exit 100"])
+def test_launcher_installs_what_charts_need_and_does_without(machine, apt_get):
+    assert machine.start()[0] == 0
+    machine.stand_in("id", "echo 0")
+    machine.stand_in("dpkg-query", "case $* in *vulkan*) ;; *) " + DPKG_QUERY.replace("\n", "; ") + " ;; esac")
+    machine.stand_in("apt-get", apt_get)
+    status, stdout, stderr = machine.start("chart")
+    assert (status, stdout) == (0, f"cli {machine.clone} chart\n")
+    assert machine.called("mesa-vulkan-drivers") > 0 and ("could not install" in stderr) == bool(apt_get)
+    asked = machine.called("apt-get")
+    assert machine.start("list")[0] == 0 and machine.called("apt-get") == asked, "no other command needs it"
+
+
 def test_launcher_refuses_an_old_python(machine):
     status, _, stderr = machine.start(OLD_PYTHON="yes")
     assert (status, stderr.count("\n")) == (2, 1)
