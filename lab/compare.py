@@ -219,11 +219,13 @@ def _unit(function: Function, f: np.ndarray, kappa: np.ndarray) -> np.ndarray:
 
 
 def units_of(got: np.ndarray, expected: Values) -> np.ndarray:
-    """Error in units; infinite where got is not finite, or not in 0..2e-30 where the reference is 0."""
-    zero = np.abs(expected.value) < SMALLEST_REFERENCE
+    """Error in units; infinite where got is not finite. Where the reference is below 1e-30, got must not be negative, and
+    it is enough that it is not above 2e-30."""
+    tiny = np.abs(expected.value) < SMALLEST_REFERENCE
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         units = np.abs(got - expected.value) / expected.unit
-        units[zero] = np.where((got >= 0) & (got <= 2 * SMALLEST_REFERENCE), 0.0, np.inf)[zero]
+        units[tiny & (got <= 2 * SMALLEST_REFERENCE)] = 0.0
+        units[tiny & (got < 0)] = np.inf
     return np.where(np.isfinite(got), units, np.inf)
 
 

@@ -36,3 +36,11 @@ def test_the_other_side_of_the_horizon_is_undecided_and_no_other_value(name):
 
     assert excused(above.astype(np.float32)) == 1
     assert excused((1.5 * above).astype(np.float32)) < 0.1
+
+
+def test_tiny_references_need_no_digits_but_zero_needs_zero():
+    value = np.array([0.0, 0.0, 0.0, 4e-31, 4e-31, 4e-31, 1.0])
+    unit = np.array([0.0, 0.0, 0.0, 4e-38, 4e-38, 4e-30, 1e-7])
+    got = np.array([2e-30, 1e-29, -1e-40, 1.9e-30, 2.1e-30, 2.1e-30, np.nan])
+    units = compare.units_of(got, compare.Values(value, unit, unit))
+    assert units[[0, 3]].max() == 0 and np.isinf(units[[1, 2, 6]]).all() and units[4] > 1e6 and units[5] < 1
