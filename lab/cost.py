@@ -94,15 +94,14 @@ def _row(chart: Chart, member: Member, device: str, cost: dict, error: dict) -> 
             "call": member.call, "formula": member.formula, "source": member.cited, "key": member.key}
 
 
-HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);")
-
-
 def calibration(with_peers: bool) -> list[dict]:
     """Whole GGX lobes as others have measured them: one grey f0, no horizon rule, inputs from a buffer. There the
     driver's model hides part of the work behind the memory; the same lobes with interpolated inputs stand beside."""
+    from . import peers_measured
+
     chart = families.NAMES["specular"]
     rows = [m for m in families.members(chart, with_peers, guards=False) if m.stands_for == families.GGX]
-    calls = [isa.Call(HORIZON.sub("", m.source), re.sub(r"\bf0\b", "vec3(f0)", f"({m.call}).x"), "float",
+    calls = [isa.Call(peers_measured.without_horizon(m.source), re.sub(r"\bf0\b", "vec3(f0)", f"({m.call}).x"), "float",
                       tuple((n, "float" if n == "f0" else t) for n, t in chart.weighed(m).inputs)) for m in rows]
     buffered, interpolated = (isa.costs(calls, "NAVI21", stage) for stage in ("compute", "fragment"))
     return [{"function": m.name, "origin": m.origin, "buffered": asdict(b), "interpolated": asdict(i)}

@@ -178,8 +178,13 @@ def _opening(text: str) -> int:
     return -1
 
 
-_HORIZON = re.compile(r"\n *if \(min\(c\.x, c\.y\) <= 0\.0\) return vec3\(0\.0\);"
+_HORIZON = re.compile(r"\n *if \(min\((?:c\.x, c\.y|dot\(N, V\), dot\(N, L\))\) <= 0\.0\) return vec3\(0\.0\);"
                       r"|(?:\bv > \w+|min\(dot\(N, V\), dot\(N, L\)\) > 0\.0) \? ([^:;]+) : 0\.0")
+
+
+def without_horizon(source: str) -> str:
+    """Our lobes as if no light came from below."""
+    return _HORIZON.sub(lambda m: m[1] or "", source)
 
 
 def weighed(peer: Peer) -> Call:
@@ -190,8 +195,7 @@ def weighed(peer: Peer) -> Call:
 def weighed_grey(peer: Peer) -> Call:
     """A whole GGX lobe of one grey f0, one channel stored, ours without its horizon rule."""
     call = re.sub(r"\bf0\b", "vec3(f0)", peer.call) + ".x"
-    source = _HORIZON.sub(lambda m: m[1] or "", peer.source)
-    return Call(source, call, "float", tuple((peer.parameters | {"f0": "float"}).items()))
+    return Call(without_horizon(peer.source), call, "float", tuple((peer.parameters | {"f0": "float"}).items()))
 
 
 # Both, of all.
