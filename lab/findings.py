@@ -16,28 +16,29 @@ from .paths import ROOT
 PAGE = ROOT / "docs" / "findings.md"
 FIGURE = ROOT / "docs" / "figures" / "cost-ggx.svg"
 FIRST = "isa:NAVI21"  # the device of which sentences speak where they name none
+NOT_MEASURED = "not measured"
 EXACT = 1e-5  # rms error below which a function counts as exact
 SAME = 1.1  # ratio of rms errors within which two functions count as equally accurate
 WORTH = 0.8  # of the exact function's cost, which an approximation must not exceed to pay
 GOAL, GOAL_RMS = 52, 6.2e-5  # cycles and rms error that were asked of lobe_GGX, grey and without horizon rule
 
 
-def page(found: dict) -> str:
-    """The text of the page."""
+def page(found: dict, gpu: dict | None = None) -> str:
+    """The text of the page; `gpu` is what a machine with one measured."""
     lines = ["# What the charts say", "",
              "Generated from [chart.json](../benchmarks/results/chart.json) by `python -m lobe.lab.findings`: no "
              "sentence is typed, and each gives the two numbers that it rests on. `./lobe chart` draws the charts, with every "
              "point's formula, source and figures under the mouse.", "",
              f"Measured on {found['date']} with {found['isa']['toolchain']}; errors on {found['renderer']}. Cycles are "
              "RDNA2's (NAVI21), inverse throughput for 64 invocations, unless another is named. Time on a hardware "
-             f"GPU: {found['gpu']}.", "", "The method, in five lines:", ""]
+             f"GPU: {gpu['gpu'] if gpu else NOT_MEASURED}.", "", "The method, in five lines:", ""]
     lines += [f"{i}. {text}" for i, text in enumerate(charts.METHOD, 1)]
     for chart in families.CHARTS:
         rows = [r for r in found["results"] if r["chart"] == chart.name and r["device"] == FIRST]
         if rows:
             lines += ["", f"## {chart.title}", "", *(f"* {s}" for s in _chart(chart, rows, found))]
     lines += ["", "## Whole GGX against the figures that were asked for", "", *(f"* {s}" for s in _goal(found))]
-    lines += ["", "## Cycles and time", "", *(f"* {s}" for s in _time(found))]
+    lines += ["", "## Cycles and time", "", *(f"* {s}" for s in _time(found, gpu))]
     return "\n".join(lines) + "\n"
 
 
@@ -135,17 +136,28 @@ def _goal(found: dict) -> list[str]:
               f"{r['interpolated']['inverse_throughput']}." for r in rows if r is not ours)]
 
 
-def _time(found: dict) -> list[str]:
-    """How far the compiler's cycles tell the time of the OpenGL device."""
-    timed = [r for r in found["results"] if r["device"].startswith("gl:")]
+def measured_on_gpu(path: Path = cost.RESULTS.with_name("chart-gpu.json")) -> dict | None:
+    """What a machine with a GPU measured, if the repository holds it."""
+    other = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"gpu": NOT_MEASURED}
+    return None if other["gpu"] == NOT_MEASURED else other
+
+
+def _time(found: dict, gpu: dict | None) -> list[str]:
+    """How far the compiler's cycles tell the time of the OpenGL devices."""
+    sentences = [s for measured in (found, gpu) if measured for s in _agreement(found, measured)]
+    return sentences + ([] if gpu else [f"Time on a hardware GPU: {NOT_MEASURED}."])
+
+
+def _agreement(found: dict, measured: dict) -> list[str]:
+    timed = [r for r in measured["results"] if r["device"].startswith("gl:")]
     if not timed:
-        return [f"Time on an OpenGL device was not measured; time on a hardware GPU: {found['gpu']}."]
+        return []
     pairs = [(charts.cost_of(_same(r, FIRST, found)), r["cost"]["ns"]) for r in timed]
     cycles, ns = (np.argsort(np.argsort(v)) for v in zip(*pairs))
     agreement = float(np.corrcoef(cycles, ns)[0, 1])
     slowest = max(timed, key=lambda r: r["cost"]["ns"])
     ns, spread = slowest["cost"]["ns"], slowest["cost"]["ns_spread"]
-    return [f"On {found['renderer']} the order of times and that of NAVI21's cycles have a rank correlation of "
+    return [f"On {measured['renderer']}, {measured['date']}, the order of times and that of NAVI21's cycles have a rank correlation of "
             f"{agreement:.2f} over {len(pairs)} functions.",
             f"The slowest there is {_name(slowest)}, {ns:.3g} ns, ± {spread:.2g}, for one evaluation by all of its "
             "threads."]
@@ -184,7 +196,7 @@ def draw(figure, found: dict) -> None:
 
 def main(results: Path = cost.RESULTS) -> None:
     found = json.loads(Path(results).read_text(encoding="utf-8"))
-    files.write_text(PAGE, page(found))
+    files.write_text(PAGE, page(found, measured_on_gpu()))
     plots.write_svg(FIGURE, lambda figure: draw(figure, found), (11, 4.4), stamp(found))
 
 

@@ -113,8 +113,19 @@ def test_functions_join_their_chart_by_their_header():
 
 def test_pages_are_up_to_date():
     repair = "repair: .venv/bin/python -m lobe.lab.findings"
-    assert findings.PAGE.read_text(encoding="utf-8") == findings.page(FOUND), repair
+    assert findings.PAGE.read_text(encoding="utf-8") == findings.page(FOUND, findings.measured_on_gpu()), repair
     assert findings.stamp(FOUND) in findings.FIGURE.read_text(encoding="utf-8"), repair
+
+
+def test_time_of_a_gpu_is_told_once_one_was_at_hand(tmp_path):
+    path = tmp_path / "chart-gpu.json"
+    assert findings.measured_on_gpu(path) is None and "Time on a hardware GPU: not measured." in findings.page(FOUND)
+    path.write_text(json.dumps(FOUND))
+    assert findings.measured_on_gpu(path) is None, "llvmpipe is no GPU"
+    other = FOUND | {"gpu": "Some GPU", "renderer": "Some GPU", "date": "2000-01-01"}
+    path.write_text(json.dumps(other))
+    page = findings.page(FOUND, findings.measured_on_gpu(path))
+    assert "GPU: Some GPU." in page and "On Some GPU, 2000-01-01, the order of times" in page and "not measured" not in page
 
 
 # What is measured
