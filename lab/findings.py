@@ -27,8 +27,8 @@ def page(found: dict, gpu: dict | None = None) -> str:
     """The text of the page; `gpu` is what a machine with one measured."""
     lines = ["# What the charts say", "",
              "Generated from [chart.json](../benchmarks/results/chart.json) by `python -m lobe.lab.findings`: no "
-             "sentence is typed, and each gives the two numbers that it rests on. `./lobe chart` draws the charts, with every "
-             "point's formula, source and figures under the mouse.", "",
+             "sentence is typed, and each gives the two numbers that it rests on. `./lobe chart` draws the charts, with "
+             "every point's formula, source and figures under the mouse.", "",
              f"Measured on {found['date']} with {found['isa']['toolchain']}; errors on {found['renderer']}. Cycles are "
              "RDNA2's (NAVI21), inverse throughput for 64 invocations, unless another is named. Time on a hardware "
              f"GPU: {gpu['gpu'] if gpu else NOT_MEASURED}.", "", "The method, in five lines:", ""]
@@ -157,8 +157,8 @@ def _agreement(found: dict, measured: dict) -> list[str]:
     agreement = float(np.corrcoef(cycles, ns)[0, 1])
     slowest = max(timed, key=lambda r: r["cost"]["ns"])
     ns, spread = slowest["cost"]["ns"], slowest["cost"]["ns_spread"]
-    return [f"On {measured['renderer']}, {measured['date']}, the order of times and that of NAVI21's cycles have a rank correlation of "
-            f"{agreement:.2f} over {len(pairs)} functions.",
+    return [f"On {measured['renderer']}, {measured['date']}, the order of times and that of NAVI21's cycles "
+            f"have a rank correlation of {agreement:.2f} over {len(pairs)} functions.",
             f"The slowest there is {_name(slowest)}, {ns:.3g} ns, ± {spread:.2g}, for one evaluation by all of its "
             "threads."]
 
