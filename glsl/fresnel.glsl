@@ -132,25 +132,21 @@ vec2 lobe_T_dielectric_sp(float cosI, float eta) {
 // Exact Fresnel reflectance of a dielectric for unpolarised light; 1 under total internal reflection.
 //   F = (r_s^2 + r_p^2) / 2
 //   m = (eta - 1)(eta + 1), g = eta cosT = sqrt(m + cosI^2)
-//   r_s = m / (cosI + g)^2, r_p = m (eta^2 cosI^2 - sinI^2) / (eta^2 cosI + g)^2
+//   r_s = (g - cosI) / (g + cosI), r_p = (eta^2 cosI - g) / (eta^2 cosI + g)
 // param  eta  float  0.4..10  1.5  index of refraction beyond the surface over the one on cosI's side
 // family  fresnel
 // units   8
 // source  Fresnel 1823; Walter et al. 2007, eq. 22
-// Why this form: g - cosI cancels as eta nears 1, and (g - cosI)(g + cosI) = m replaces it. Where much is reflected,
-// 1 - T has fewer roundings.
+// Why this form: g - cosI cancels as eta nears 1, and m / (g + cosI) replaces it there; elsewhere it has fewer roundings.
+// r_p is r_s times (sinI^2 - cosI g) / (sinI^2 + cosI g). g = 0 gives total internal reflection without a branch.
 float lobe_F_dielectric(float cosI, float eta) {
-    float T = lobe_T_dielectric(cosI, eta);
-    if (T < 0.6) return 1.0 - T;
-    float c = clamp(cosI, 0.0, 1.0);
-    float n = clamp(eta, 1e-4, 1e4);
-    float m = (n - 1.0) * (n + 1.0);
-    float g = sqrt(max(m + c * c, 0.0));
-    float s = c + g;
-    float p = n * n * c + g;
-    float rs = m / max(s * s, LOBE_SMALLEST_DIVISOR);
-    float rp = m * (n * n * c * c - (1.0 - c) * (1.0 + c)) / max(p * p, LOBE_SMALLEST_DIVISOR);
-    return 0.5 * (rs * rs + rp * rp);
+    float c = clamp(cosI, 0.0, 1.0), s2 = 1.0 - c * c;
+    float n = clamp(eta, 1e-4, 1e4), n1 = n - 1.0;
+    float m = n * n1 + n1;
+    float g = sqrt(max(m + c * c, 0.0)), d = g - c, s = max(g + c, LOBE_SMALLEST_COSINE);
+    float rs = (abs(d) > 0.5 * c ? d : m / s) / s;
+    float q = (s2 - c * g) / max(s2 + c * g, LOBE_SMALLEST_COSINE);
+    return clamp(0.5 * (rs * rs) * (q * q + 1.0), 0.0, 1.0);
 }
 
 // Exact Fresnel reflectance of a dielectric, polarised: x = s, perpendicular to the plane of incidence, y = p, in it.
@@ -161,15 +157,14 @@ float lobe_F_dielectric(float cosI, float eta) {
 // source  Fresnel 1823
 // Why this form: as in lobe_F_dielectric.
 vec2 lobe_F_dielectric_sp(float cosI, float eta) {
-    vec2 T = lobe_T_dielectric_sp(cosI, eta);
     float c = clamp(cosI, 0.0, 1.0);
-    float n = clamp(eta, 1e-4, 1e4);
-    float m = (n - 1.0) * (n + 1.0);
-    float g = sqrt(max(m + c * c, 0.0));
-    float s = c + g;
-    float p = n * n * c + g;
-    vec2 r = m * vec2(1.0, n * n * c * c - (1.0 - c) * (1.0 + c)) / max(vec2(s * s, p * p), LOBE_SMALLEST_DIVISOR);
-    return vec2(T.x < 0.6 ? 1.0 - T.x : r.x * r.x, T.y < 0.6 ? 1.0 - T.y : r.y * r.y);
+    float n = clamp(eta, 1e-4, 1e4), n1 = n - 1.0;
+    float m = n * n1 + n1;
+    float g = sqrt(max(m + c * c, 0.0)), n2c = n * n * c;
+    vec2 sum = max(g + vec2(c, n2c), LOBE_SMALLEST_COSINE), d = g - vec2(c, n2c);
+    float rs = (abs(d.x) > 0.5 * c ? d.x : m / sum.x) / sum.x;
+    float rp = (abs(d.y) > 0.5 * g ? d.y : m * (n2c * c + c * c - 1.0) / sum.y) / sum.y;
+    return min(vec2(rs * rs, rp * rp), 1.0);
 }
 
 // Exact Fresnel reflectance of a conductor, polarised: x = s, perpendicular to the plane of incidence, y = p, in it.
@@ -207,8 +202,19 @@ vec2 lobe_F_conductor_sp(float cosI, float eta, float k) {
 // family  fresnel
 // units   8
 // source  Born, Wolf 1999, section 14.2
+// Why this form: with a^2 + b^2 = M, R_s is X / S and R_p is R_s (U - W) / (U + W), so that one division does for F.
 float lobe_F_conductor(float cosI, float eta, float k) {
-    return dot(lobe_F_conductor_sp(cosI, eta, k), vec2(0.5));
+    float c = clamp(cosI, 0.0, 1.0), c2 = c * c, s2 = (1.0 - c) * (1.0 + c);
+    float n = clamp(eta, 1e-4, 1e4), n1 = n - 1.0;
+    float kappa = clamp(k, 0.0, 1e4), nk = 2.0 * n * kappa;
+    float re = (c < 0.7 ? n * n1 + n1 + c2 : n * n - s2) - kappa * kappa;  // whichever subtracts the smaller
+    float M = sqrt(re * re + nk * nk);
+    float larger = M + abs(re), smaller = nk * nk / max(larger, LOBE_SMALLEST_DIVISOR);
+    float a = sqrt(0.5 * (re > 0.0 ? larger : smaller)), b2 = 0.5 * (re > 0.0 ? smaller : larger);
+    float X = (a - c) * (a - c) + b2, S = (M + c2) + 2.0 * c * a;
+    float U = c2 * M + s2 * s2, W = 2.0 * c * s2 * a;
+    float F = min(X * U / max(S * (U + W), LOBE_SMALLEST_DIVISOR), 1.0);
+    return max(abs(n1), kappa) > 0.0 ? F : 0.0;  // no interface, at no angle
 }
 
 // Exact Fresnel reflectance of a conductor for unpolarised light, with an index for each channel.
@@ -223,7 +229,7 @@ vec3 lobe_F_conductor(float cosI, vec3 eta, vec3 k) {
                 lobe_F_conductor(cosI, eta.z, k.z));
 }
 
-// Fresnel reflectance of a conductor, Schlick's curve between its exact ends. Above n = 3 it misses the dip before grazing.
+// Fresnel reflectance of a conductor, Schlick's curve between its exact ends. It misses the dip before grazing.
 //   F = ((eta - 1)^2 + 4 eta (1 - cosI)^5 + k^2) / ((eta + 1)^2 + k^2)
 // param  eta  vec3  0.1..4  1.5  index of refraction beyond the surface over the one on cosI's side, for R, G, B
 // param  k    vec3  1..10   2.5  extinction coefficient beyond the surface, for R, G, B
