@@ -15,8 +15,9 @@
 //   may be up to 1e8 long, so that their powers stay finite. NaN and Inf carry no promise. The guards are on inputs,
 //   since a compiler may assume that NaN does not exist and delete a repair that comes after it.
 // * alpha is floored at 1e-4 in D and in whole lobes, not in G and V, which have a limit at 0. Above 1000 it is cut.
-// * Horizon: a reflection lobe is 0 unless NdotV > 0 and NdotL > 0. Terms (D G V F) have no horizon rule: G, V and F
-//   take a negative cosine for 0; D below the horizon is finite, and no more is said of it.
+// * Horizon: a reflection lobe is 0 unless NdotV > 0 and NdotL > 0; some count a cosine below 1e-15 as 0. Terms
+//   (D G V F) have no horizon rule: G, V and F take a negative cosine for 0; D below the horizon is finite, and no more
+//   is said of it.
 // * Colours: whole lobes clamp f0 and albedo to 0..1. Terms take a negative f0 for 0 and leave one above 1 alone:
 //   gold's red is 1.022.
 // * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and
@@ -36,6 +37,7 @@ const float LOBE_INV_PI = 0.318309886;  // 1/pi
 const float LOBE_ALPHA_MIN = 1e-4;  // floor of alpha: below it float32 directions do not resolve the highlight
 const float LOBE_ALPHA_MAX = 1e3;  // ceiling of alpha: alpha^2 times a rounding stays below 1
 const float LOBE_SMALLEST_DIVISOR = 1e-30;  // leaves room for D below the largest float32, 3.4e38
+const float LOBE_SMALLEST_COSINE = 1e-15;  // where a cosine, or the product of two, divides
 
 // Microfacet width from the artist's roughness.
 //   alpha = roughness^2

@@ -24,8 +24,7 @@
 float lobe_D_GGX(float NdotH, float alpha) {
     float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     float c = clamp(NdotH, -1.0, 1.0);
-    float s2 = max(1.0 - c * c, 0.0);
-    float k = a / (s2 + (a * c) * (a * c));
+    float k = a / (1.0 - c * c + (a * c) * (a * c));
     return k * k * LOBE_INV_PI;
 }
 
@@ -36,21 +35,17 @@ float lobe_D_GGX(float NdotH, float alpha) {
 // family      distribution
 // units       8
 // source      Trowbridge, Reitz 1975; Walter et al. 2007, eq. 33
-// Why this form: |N x H| keeps its digits at the peak, where 1 - NdotH^2 has none, and no H is normalised. With
-// |N x H|^2 + (N.H)^2 = |H|^2 the divisor is alpha^2 |H|^2 + (1 - alpha^2) |N x H|^2, or |H|^2 + (alpha^2 - 1) (N.H)^2
-// for alpha > 1: sums of positive terms, which no compiler can reorder into a cancellation.
+// Why this form: |N x H| keeps its digits at the peak, where 1 - NdotH^2 has none, and no H is normalised: |H|^2 is
+// |N x H|^2 + (N.H)^2. All sums are of positive terms, which no compiler can reorder into a cancellation.
 float lobe_D_GGX(vec3 N, vec3 H, float alpha) {
     float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
-    float a2 = a * a;
     vec3 X = cross(N, H);
-    float NH = dot(N, H), HH = dot(H, H);
-    float rest = a < 1.0 ? dot(X, X) : NH * NH;
-    float k = a * HH / max(min(a2, 1.0) * HH + abs(1.0 - a2) * rest, LOBE_SMALLEST_DIVISOR);
-    k = min(k, 1.0 / LOBE_ALPHA_MIN);  // the narrowest lobe's peak: only vectors of absurd length would exceed it
+    float NH = dot(N, H), aNH = a * NH, XX = dot(X, X);
+    float k = a * (XX + NH * NH) / max(XX + aNH * aNH, LOBE_SMALLEST_DIVISOR);
     return k * k * LOBE_INV_PI;
 }
 
-// GGX distribution of facet normals, cut where half precision ends: of D alone, N and H need highp. H may have any length.
+// GGX distribution of facet normals, cut where half precision ends: N and H still need highp. H may have any length.
 //   D = min(alpha^2 |H|^4 / (pi (|N x H|^2 + alpha^2 (N.H)^2)^2), 65504)              [1/sr]
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // normalised  yes
@@ -86,8 +81,8 @@ float lobe_D_GGX_aniso(float NdotH, float TdotH, float BdotH, float alphaX, floa
 // source  Smith 1967; Walter et al. 2007, eq. 34
 float lobe_G1_GGX(float NdotX, float alpha) {
     float c = clamp(NdotX, 0.0, 1.0);
-    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX);
-    float g = sqrt(c * c + a * a * (1.0 - c * c));
+    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX), a2 = a * a;
+    float g = sqrt((c - a2 * c) * c + a2);
     return 2.0 * c / max(c + g, LOBE_SMALLEST_DIVISOR);
 }
 
@@ -100,8 +95,8 @@ float lobe_G1_GGX(float NdotX, float alpha) {
 // source  Heitz 2014, eq. 99
 float lobe_G2_GGX(float NdotV, float NdotL, float alpha) {
     vec2 c = clamp(vec2(NdotV, NdotL), 0.0, 1.0);
-    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX);
-    vec2 g = sqrt(c * c + a * a * (1.0 - c * c));
+    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX), a2 = a * a;
+    vec2 g = sqrt((c - a2 * c) * c + a2);
     return 2.0 * c.x * c.y / max(dot(c, g.yx), LOBE_SMALLEST_DIVISOR);
 }
 
@@ -125,11 +120,12 @@ float lobe_G2_GGX_separable(float NdotV, float NdotL, float alpha) {
 // units   8
 // source  Heitz 2014, eq. 99
 // Why this form: the cosines of G2 and of the foreshortening cancel out, and with them 0 / 0 at grazing.
+// g^2 = (c - alpha^2 c) c + alpha^2 takes two multiply-adds.
 float lobe_V_GGX(float NdotV, float NdotL, float alpha) {
-    vec2 c = clamp(vec2(NdotV, NdotL), 0.0, 1.0);
-    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX);
-    vec2 g = sqrt(c * c + a * a * (1.0 - c * c));
-    return 0.5 / max(dot(c, g.yx), LOBE_SMALLEST_DIVISOR);
+    vec2 c = clamp(vec2(NdotV, NdotL), LOBE_SMALLEST_COSINE, 1.0);
+    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX), a2 = a * a;
+    vec2 g = sqrt((c - a2 * c) * c + a2);
+    return 0.5 / dot(c, g.yx);
 }
 
 // Visibility of GGX facets: separable Smith masking over the foreshortening.
@@ -141,10 +137,10 @@ float lobe_V_GGX(float NdotV, float NdotL, float alpha) {
 // units   8
 // source  Walter et al. 2007, eq. 23, 34
 float lobe_V_GGX_separable(float NdotV, float NdotL, float alpha) {
-    vec2 c = clamp(vec2(NdotV, NdotL), 0.0, 1.0);
-    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX);
-    vec2 g = c + sqrt(c * c + a * a * (1.0 - c * c));
-    return 1.0 / max(g.x * g.y, LOBE_SMALLEST_DIVISOR);
+    vec2 c = clamp(vec2(NdotV, NdotL), LOBE_SMALLEST_COSINE, 1.0);
+    float a = clamp(alpha, 0.0, LOBE_ALPHA_MAX), a2 = a * a;
+    vec2 g = c + sqrt((c - a2 * c) * c + a2);
+    return 1.0 / (g.x * g.y);
 }
 
 // Visibility of GGX facets with a width along each tangent: height-correlated Smith masking over the foreshortening.
@@ -174,9 +170,8 @@ float lobe_V_GGX_aniso(float NdotV, float NdotL, float TdotV, float BdotV, float
 // units   8
 // source  Hammon 2017
 float lobe_V_GGX_fast(float NdotV, float NdotL, float alpha) {
-    float v = clamp(NdotV, 0.0, 1.0), l = clamp(NdotL, 0.0, 1.0);
-    float a = clamp(alpha, 0.0, 1.0);
-    return 0.5 / max(2.0 * v * l * (1.0 - a) + (v + l) * a, LOBE_SMALLEST_DIVISOR);
+    vec2 c = clamp(vec2(NdotV, NdotL), LOBE_SMALLEST_COSINE, 1.0);
+    return 0.5 / mix(2.0 * c.x * c.y, c.x + c.y, clamp(alpha, 0.0, 1.0));
 }
 
 // GGX (Trowbridge-Reitz) microfacet reflection with height-correlated Smith masking and Schlick's Fresnel term.
@@ -188,13 +183,27 @@ float lobe_V_GGX_fast(float NdotV, float NdotL, float alpha) {
 // family      specular
 // units       16, up to 8 of them are the lengths of N, V and L: float32 holds them within 2^-24, D V feels N six times
 // source      Walter et al. 2007, eq. 20, 33; Heitz 2014, eq. 99; Schlick 1994, eq. 15
+// Why this form: no H is normalised. T = H - (N.H) N is as long as N x H, and |H|^2 = T.T + (N.H)^2.
+// float32 directions are up to 1e-7 too long or too short. Near grazing, where V + L is short, that turns H by more
+// than a narrow lobe is wide. Of unit directions V.T is (T.T + (N.H) (N.L - N.V)) / 2, and T.T gets its square in the place
+// of what T has along V. N.V and N.L are rounding noise beside N.H there: the larger is what the smaller leaves of it.
 vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
-    vec3 H = lobe_H(V, L);
-    vec2 c = lobe_cosines(N, V, L, H);
-    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
-    float a = max(alpha, LOBE_ALPHA_MIN);
-    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX(c.x, c.y, a);
-    return DV * lobe_F_Schlick(0.5 * length(H), clamp(f0, 0.0, 1.0));
+    vec3 H = V + L;
+    float NV = dot(N, V), NL = dot(N, L), NH = dot(N, H);
+    vec3 T = H - NH * N;
+    float VT = dot(V, T), TT = dot(T, T), unit = 0.5 * (TT + NH * (NL - NV));
+    TT = clamp(TT - VT * VT + unit * unit, LOBE_SMALLEST_DIVISOR, 1e30);
+    float HH = TT + NH * NH;
+
+    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), a2 = a * a, aNH = a * NH;
+    float k = a * HH / (TT + aNH * aNH);  // D = k^2 / pi
+    float v = clamp(min(NV, NL), 0.0, 1.0), l = clamp(NH - v, 0.0, 1.0);
+    float w = l * sqrt((v - a2 * v) * v + a2) + v * sqrt((l - a2 * l) * l + a2);  // V = 1 / (2 w)
+    float DV = v > LOBE_SMALLEST_COSINE ? 0.5 * LOBE_INV_PI * k * k / w : 0.0;
+
+    float u = clamp(1.0 - 0.5 * sqrt(HH), 0.0, 1.0);
+    float x = DV * (u * u * (u * u) * u);
+    return clamp(f0, 0.0, 1.0) * (DV - x) + x;
 }
 
 // GGX microfacet reflection with masking that has no square root.
@@ -207,13 +216,24 @@ vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // family      specular
 // units       16, the lengths of N, V and L as in lobe_GGX
 // source      Walter et al. 2007, eq. 20, 33; Hammon 2017; Schlick 1994, eq. 15
+// Why this form: as lobe_GGX.
 vec3 lobe_GGX_fast(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
-    vec3 H = lobe_H(V, L);
-    vec2 c = lobe_cosines(N, V, L, H);
-    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
-    float a = max(alpha, LOBE_ALPHA_MIN);
-    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX_fast(c.x, c.y, a);
-    return DV * lobe_F_Schlick(0.5 * length(H), clamp(f0, 0.0, 1.0));
+    vec3 H = V + L;
+    float NV = dot(N, V), NL = dot(N, L), NH = dot(N, H);
+    vec3 T = H - NH * N;
+    float VT = dot(V, T), TT = dot(T, T), unit = 0.5 * (TT + NH * (NL - NV));
+    TT = clamp(TT - VT * VT + unit * unit, LOBE_SMALLEST_DIVISOR, 1e30);
+    float HH = TT + NH * NH;
+
+    float a = clamp(alpha, LOBE_ALPHA_MIN, 1.0), aNH = a * NH;
+    float k = a * HH / (TT + aNH * aNH);  // D = k^2 / pi
+    float v = clamp(min(NV, NL), 0.0, 1.0);
+    float w = mix(2.0 * v * (NH - v), NH, a);  // V = 1 / (2 w)
+    float DV = v > LOBE_SMALLEST_COSINE ? 0.5 * LOBE_INV_PI * k * k / w : 0.0;
+
+    float u = clamp(1.0 - 0.5 * sqrt(HH), 0.0, 1.0);
+    float x = DV * (u * u * (u * u) * u);
+    return clamp(f0, 0.0, 1.0) * (DV - x) + x;
 }
 
 // GGX microfacet reflection of a metal: height-correlated Smith masking and the exact Fresnel term of a conductor.
@@ -225,13 +245,9 @@ vec3 lobe_GGX_fast(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // energy      <= 1
 // units       16, the lengths of N, V and L as in lobe_GGX
 // source      Walter et al. 2007, eq. 20, 33; Heitz 2014, eq. 99; Born, Wolf 1999, section 14.2
+// Why this form: lobe_GGX of f0 = 1 is D V.
 vec3 lobe_GGX_conductor(vec3 N, vec3 V, vec3 L, vec3 eta, vec3 k, float alpha) {
-    vec3 H = lobe_H(V, L);
-    vec2 c = lobe_cosines(N, V, L, H);
-    if (min(c.x, c.y) <= 0.0) return vec3(0.0);
-    float a = max(alpha, LOBE_ALPHA_MIN);
-    float DV = lobe_D_GGX(N, H, a) * lobe_V_GGX(c.x, c.y, a);
-    return DV * lobe_F_conductor(0.5 * length(H), eta, k);
+    return lobe_GGX(N, V, L, vec3(1.0), alpha).x * lobe_F_conductor(0.5 * length(V + L), eta, k);
 }
 
 // GGX microfacet reflection with a width along each tangent: brushed metal, hair-line scratches.
@@ -268,11 +284,12 @@ vec3 lobe_GGX_aniso(vec3 N, vec3 T, vec3 V, vec3 L, vec3 f0, float alphaX, float
 // units       8
 // source      Walter et al. 2007, eq. 33; Kelemen, Szirmay-Kalos 2001, eq. 6; Schlick 1994, eq. 15
 vec3 lobe_GGX_Kelemen(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
-    if (min(dot(N, V), dot(N, L)) <= 0.0) return vec3(0.0);
-    vec3 H = lobe_H(V, L);
-    float LdotH = 0.5 * length(H);
-    float DV = lobe_D_GGX(N, H, alpha) * lobe_V_Kelemen(LdotH);
-    return DV * lobe_F_Schlick(LdotH, clamp(f0, 0.0, 1.0));
+    vec3 H = lobe_H(V, L), X = cross(N, H);
+    float NH = dot(N, H), XX = dot(X, X), HH = XX + NH * NH;
+    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), aNH = a * NH;
+    float r = a / max(XX + aNH * aNH, LOBE_SMALLEST_DIVISOR);
+    float DV = min(dot(N, V), dot(N, L)) > 0.0 ? HH * r * r * LOBE_INV_PI : 0.0;
+    return DV * lobe_F_Schlick(0.5 * sqrt(HH), clamp(f0, 0.0, 1.0));
 }
 
 // Visible GGX facet normal for V, at random: a unit half vector H. The light comes from lobe_reflect(H, V).

@@ -47,8 +47,8 @@ float lobe_V_Neumann(float NdotV, float NdotL) {
 // units   8
 // source  Kelemen, Szirmay-Kalos 2001, eq. 6
 float lobe_V_Kelemen(float LdotH) {
-    float c = clamp(LdotH, 0.0, 1.0);
-    return 0.25 / max(c * c, LOBE_SMALLEST_DIVISOR);
+    float c = clamp(LdotH, LOBE_SMALLEST_COSINE, 1.0);
+    return 0.25 / (c * c);
 }
 
 // Kelemen's visibility, from the two directions.

@@ -150,7 +150,7 @@ def test_found_inputs(name, context):
      "float s = max(dot(normalize(v), normalize(l)), 0.0); float i = acos(dot(N, L)), r = acos(dot(N, V)); "
      "return albedo * LOBE_INV_PI * (1.0 - 0.5 * s2 / (s2 + 0.33) + 0.45 * s2 / (s2 + 0.09) * s * sin(max(i, r)) "
      "* tan(min(i, r)));", "random"),
-    ("lobe_GGX", "lobe_H", "return normalize(V + L);", "policy"),
+    ("lobe_Beckmann", "lobe_H", "return normalize(V + L);", "policy"),
     ("lobe_Lambert", None, "return albedo * LOBE_INV_PI;", "policy"),
     ("lobe_F_Schlick(float,float)", None, "return f0 + (1.0 - f0) * pow(1.0 - cosI, 5.0);", "policy"),
     ("lobe_D_GGX(float,float)", None, "float s2 = 1.0 - NdotH * NdotH; "
