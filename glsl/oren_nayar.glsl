@@ -110,17 +110,18 @@ float lobe_loss_EON_fast(float NdotX) {
 // family      diffuse
 // units       16, the fit in lobe_loss_EON
 // source      Portsmouth, Kutz, Hill 2025
-// Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, and
-// with 1 - E = A roughness loss the last quotient has no 0 / 0 at roughness = 0.
+// Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, s
+// itself where they are at right angles, both grazing. With 1 - E = A roughness loss the last quotient has no 0 / 0 at
+// roughness = 0.
 vec3 lobe_OrenNayar_EON(vec3 N, vec3 V, vec3 L, vec3 albedo, float roughness) {
     float NdotV = dot(N, V), NdotL = dot(N, L);
     if (min(NdotV, NdotL) <= 0.0) return vec3(0.0);
     float r = clamp(roughness, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0), H = lobe_H(V, L);
     float A = 1.0 / (1.0 + 0.287793409 * r);
-    float s1 = clamp(0.5 * dot(H, H) - NdotL * NdotV, 0.0, 2.0);  // 1 + s
-    float t = max(max(NdotL, NdotV), LOBE_SMALLEST_DIVISOR);
-    float single = A * (s1 > 1.0 ? 1.0 + r * (s1 - 1.0) / t : 1.0 - r + r * s1);
+    float s = min(dot(L, V) - NdotL * NdotV, 1.0), t = max(max(NdotL, NdotV), LOBE_SMALLEST_DIVISOR);
+    float s1 = clamp(0.5 * dot(H, H) - NdotL * NdotV, 0.0, 1.0);  // 1 + s
+    float single = A * (s > 0.0 ? 1.0 + r * s / t : 1.0 - r + r * s1);
     float lost = A * r * 4.64457037 * lobe_loss_EON(NdotV) * lobe_loss_EON(NdotL);  // 1 / (c1 - c2)
     float Em = A * (1.0 + 0.0724882111 * r);
     return rho * (LOBE_INV_PI * (single + rho * Em / (1.0 - rho * (1.0 - Em)) * lost));
@@ -155,17 +156,18 @@ vec3 lobe_albedo_EON(float NdotV, vec3 albedo, float roughness) {
 // family      diffuse
 // units       8
 // source      Portsmouth, Kutz, Hill 2025
-// Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, and
-// with 1 - E = A roughness loss the last quotient has no 0 / 0 at roughness = 0.
+// Why this form: 1 + s = |V + L|^2 / 2 - NdotL NdotV keeps its digits where V and L are opposite and all is dark, s
+// itself where they are at right angles, both grazing. With 1 - E = A roughness loss the last quotient has no 0 / 0 at
+// roughness = 0.
 vec3 lobe_OrenNayar_EON_fast(vec3 N, vec3 V, vec3 L, vec3 albedo, float roughness) {
     float NdotV = dot(N, V), NdotL = dot(N, L);
     if (min(NdotV, NdotL) <= 0.0) return vec3(0.0);
     float r = clamp(roughness, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0), H = lobe_H(V, L);
     float A = 1.0 / (1.0 + 0.287793409 * r);
-    float s1 = clamp(0.5 * dot(H, H) - NdotL * NdotV, 0.0, 2.0);  // 1 + s
-    float t = max(max(NdotL, NdotV), LOBE_SMALLEST_DIVISOR);
-    float single = A * (s1 > 1.0 ? 1.0 + r * (s1 - 1.0) / t : 1.0 - r + r * s1);
+    float s = min(dot(L, V) - NdotL * NdotV, 1.0), t = max(max(NdotL, NdotV), LOBE_SMALLEST_DIVISOR);
+    float s1 = clamp(0.5 * dot(H, H) - NdotL * NdotV, 0.0, 1.0);  // 1 + s
+    float single = A * (s > 0.0 ? 1.0 + r * s / t : 1.0 - r + r * s1);
     float lost = A * r * 4.64457037 * lobe_loss_EON_fast(NdotV) * lobe_loss_EON_fast(NdotL);  // 1 / (c1 - c2)
     float Em = A * (1.0 + 0.0724882111 * r);
     return rho * (LOBE_INV_PI * (single + rho * Em / (1.0 - rho * (1.0 - Em)) * lost));
