@@ -3,8 +3,10 @@
 
 #include "sampling.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace lobe {
@@ -34,7 +36,7 @@ struct LightSample {
 // Each light tells of a point
 //   importance  a number near the irradiance that it gives a surface facing it, 0 only where it gives none
 //   sample      a direction for a point u of the unit square
-//   density     that `sample` draws L, which leads to the light, in 1/sr
+//   density     that `sample` draws L, which leads to the light, in 1/sr; of an environment, `seen` gives it
 
 // Lights without extent: their irradiance is known in closed form.
 struct Light {
@@ -95,29 +97,42 @@ public:
     // pixels are [height, width, 3]. Throws std::invalid_argument where one is negative or not finite, or all are 0.
     Environment(std::vector<float> pixels, int width, int height, double rotation_degrees);
 
-    Vec3 radiance(const Vec3& L) const;
-    double importance(const Vec3&, const Vec3&) const { return mean_; }
+    // Radiance from L, and the density with which `sample` draws L.
+    std::pair<Vec3, double> seen(const Vec3& L) const;
+    double importance(const Vec3&, const Vec3&) const { return total_ / 4; }
     LightSample sample(const Vec3&, Vec2 u) const;
-    double density(const Vec3&, const Vec3& L) const;
 
     std::uint64_t fingerprint() const;
 
 private:
-    struct Texel {
+    // Where a direction is among the centres of the texels: x and y are the one before it, or -1, and u and v, 0..1, how
+    // far it is on the way to the next one.
+    struct Place {
         int x, y;
-        double u, v;  // within the texel, 0..1
+        double u, v, sin;  // of its angle with +y
     };
-    Texel texel(const Vec3& L) const;
+    // A picture of light in blocks of 2 x 2, which lie together in memory; 0 where the last ones stick out.
+    struct Level {
+        int width, height;  // in blocks
+        std::vector<std::array<float, 4>> light;
+
+        Level(int columns, int rows)
+            : width((columns + 1) / 2), height((rows + 1) / 2), light(std::size_t(width) * height) {}
+        const std::array<float, 4>& block(int x, int y) const { return light[std::size_t(y) * width + x]; }
+        float& at(int x, int y) { return light[std::size_t(y / 2) * width + x / 2][y % 2 * 2 + x % 2]; }
+    };
+
+    Place place(const Vec3& L) const;
     Vec3 at(int x, int y) const;
-    Vec3 radiance(const Texel& t) const;
-    double density(int x, int y) const;
+    double density(const Place& p, const Vec3& radiance) const;
+    double angle(int y) const;     // with +y at which the places of that y begin
+    double mean_sin(int y) const;  // of the angles of that y
 
     std::vector<float> pixels_;
     int width_, height_;
-    double cos_, sin_;            // of the rotation about +y
-    std::vector<double> height_of_;  // the rows' upper edges, as cosines with +y; height + 1 of them
-    std::vector<float> rows_, columns_;  // cumulative weights of the rows, and of each row's texels, up to 1
-    double mean_;
+    double cos_, sin_;           // of the rotation about +y
+    std::vector<Level> levels_;  // the light between four centres, then of 2 x 2, 4 x 4, ... of these, up to one block
+    double total_;
 };
 
 }  // namespace lobe

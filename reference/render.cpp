@@ -6,6 +6,7 @@
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
 #include <stdexcept>
+#include <tuple>
 
 namespace lobe {
 namespace {
@@ -120,12 +121,16 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
     std::visit([&](const auto& light) {
         using Kind = std::decay_t<decltype(light)>;
         if constexpr (!std::is_same_v<Kind, Light>) {
+            const bool has_rival = by_lobes && settings_.strategy == Strategy::mis;
             Vec3 radiance;
-            if constexpr (std::is_same_v<Kind, Environment>) radiance = light.radiance(direction);
-            else radiance = light.radiance;
-            const double rival = by_lobes && settings_.strategy == Strategy::mis
-                                     ? chances_[source] * light.density(origin_, direction) : 0;
-            add(source, throughput_ * radiance * weight(density_, rival));
+            double rival = 0;
+            if constexpr (std::is_same_v<Kind, Environment>) {
+                std::tie(radiance, rival) = light.seen(direction);
+            } else {
+                radiance = light.radiance;
+                if (has_rival) rival = light.density(origin_, direction);
+            }
+            add(source, throughput_ * radiance * weight(density_, has_rival ? chances_[source] * rival : 0));
         }
     }, sources_[source]);
 }

@@ -164,7 +164,7 @@ def test_light_of_an_environment_is_its_quadrature(strategy):
     scene = lit_plane()
     scene.set_environment(probe(), 37)
     camera = reference.Camera((0.1, 0.5, 0.6), (0, 0, 0), (0, 1, 0), 1e-3)
-    render = rendered(scene, camera, 1024, size=4, depth=1, strategy=strategy)
+    render = rendered(scene, camera, 4096, size=4, depth=1, strategy=strategy)
     n = 600
     cos, phi = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n * 2 * np.pi)
     sin = np.sqrt(1 - cos**2)

@@ -156,13 +156,13 @@ TEST(Environment, DrawsByItsLight) {
     std::vector<float> pixels(3 * 16 * 8);
     for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = scrambled(i) % 100 < 80 ? 0 : scrambled(i) % 7;
     const Environment light(pixels, 16, 8, 25);
-    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return light.density(Vec3(0), L); }), 1, 2e-3);
+    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return light.seen(L).second; }), 1, 2e-3);
     const auto above = [](const Vec3& v) { return std::max(v.y, 0.0) + 0.3 * v.z * v.z; };
-    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.radiance(L)) * above(L); });
+    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.seen(L).first) * above(L); });
     const double drawn = mean_over(4, 1 << 14, [&](Vec2 u) {
         const LightSample s = light.sample(Vec3(0), u);
-        EXPECT_NEAR((s.estimate * s.density - light.radiance(s.L)).length(), 0, 1e-6);
-        EXPECT_NEAR(light.density(Vec3(0), s.L), s.density, 1e-6 * s.density);
+        EXPECT_NEAR((s.estimate * s.density - light.seen(s.L).first).length(), 0, 1e-6);
+        EXPECT_NEAR(light.seen(s.L).second, s.density, 1e-6 * s.density);
         return luminance(s.estimate) * above(s.L);
     });
     EXPECT_NEAR(drawn, exact, 5e-3 * exact);
