@@ -25,6 +25,7 @@ FILM_BYTES = 2 * 3 * 8  # of a pixel: sums of two halves of its samples
 LAYER_BYTES = 3 * 8  # of a pixel, for each light
 COPIES = 2  # of the film: itself, and what is written or read of it
 MOST_SAMPLES = 1 << 24
+MOST_SECONDS = 1e9
 
 AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I",
         "primitive": "I"}  # names of channels
@@ -68,6 +69,10 @@ def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: st
 
 def budget(scene: SceneFile, spp: int | None, seconds: float | None, error: float | None) -> Budget:
     """The command line's, or the file's where the command line sets no limit at all."""
+    if seconds is not None and not 0 <= seconds <= MOST_SECONDS:
+        raise InputError(f"--seconds {seconds:g}: expected a number in 0..{MOST_SECONDS:g}")
+    if error is not None and not 0 <= error <= 1:
+        raise InputError(f"--error {error:g}: expected a number in 0..1, a part of the mean")
     if spp or seconds is not None or error:
         return Budget(spp, seconds, error)
     return Budget(scene.render["spp"], None, scene.render["error"] or None)
@@ -135,7 +140,8 @@ class Rendering:
             ends.append(round(self.done * budget.seconds / max(elapsed, 1e-6)))
         error = self.render.error() if budget.error else 0.0
         if 0 < error < math.inf:
-            ends.append(round(self.done * (error / budget.error) ** 2))  # falls with the root of the samples
+            ratio = error / budget.error  # falls with the root of the samples
+            ends.append(round(min(self.done * ratio * ratio, MOST_SAMPLES)))
         label = f"samples{f', error {error:.2g}' if error else ''}"
         return label, self.done, max(min(ends), self.done)
 

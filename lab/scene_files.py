@@ -81,6 +81,7 @@ class _Builder:
             self._light(light, self.place / "lights" / i)
         self._environment()
         camera = self._camera(eye)
+        self._note_enclosed_lights()
         if not self.lights:
             self.place.fail("has no light, expected [[lights]] or [environment]")
         self._note_unused()
@@ -181,15 +182,15 @@ class _Builder:
         if not any(light[key] for key in ("radiance", "intensity", "irradiance") if key in light and any(light[key])):
             place.fail("shines not at all, expected some channel above 0")
         try:
-            center = _LIGHTS[light["type"]](self.scene, light, place)
+            _LIGHTS[light["type"]](self.scene, light, place)
         except ValueError as error:
             place.fail(str(error))
         self.lights.append(light["name"])
-        if center is None:
-            return
-        for solid in self.solids:
-            if solid.holds(center):
-                self._note(place, f"lies inside of the closed object {solid.name}, out of which it lights nothing")
+
+    def _note_enclosed_lights(self) -> None:
+        for light, thing in self.scene.enclosed_lights():
+            self._note(self.place / "lights" / light,
+                       f"lies inside of the closed object {self.objects[thing]}, out of which it lights nothing")
 
     def _environment(self) -> None:
         given, place = self.described["environment"], self.place / "environment"
@@ -242,10 +243,10 @@ def _mirror(given: dict | None, place: Place) -> dict | None:
     return {key: given[key] for key in forms[0]}
 
 
-# Lights: each adds one to a scene and returns its centre, or None where it has none.
+# Lights: each adds one to a scene.
 
 
-def _rectangle(scene, light: dict, place: Place) -> np.ndarray:
+def _rectangle(scene, light: dict, place: Place) -> None:
     center, target = np.array(light["center"]), np.array(light["target"])
     if not (facing := target - center).any():
         (place / "target").fail("is the center, expected another point, which the light faces")
@@ -254,17 +255,14 @@ def _rectangle(scene, light: dict, place: Place) -> np.ndarray:
     level = level / np.linalg.norm(level) if np.linalg.norm(level) > 1e-6 else np.array((1.0, 0.0, 0.0))
     width, height = light["size"]
     scene.add_rectangle_light(center, level * (width / 2), np.cross(facing, level) * (height / 2), light["radiance"])
-    return center
 
 
-def _sphere_light(scene, light: dict, place: Place) -> np.ndarray:
+def _sphere_light(scene, light: dict, place: Place) -> None:
     scene.add_sphere_light(light["center"], light["radius"], light["radiance"])
-    return np.array(light["center"])
 
 
-def _point(scene, light: dict, place: Place) -> np.ndarray:
+def _point(scene, light: dict, place: Place) -> None:
     scene.add_point_light(light["position"], light["intensity"])
-    return np.array(light["position"])
 
 
 def _directional(scene, light: dict, place: Place) -> None:

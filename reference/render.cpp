@@ -296,10 +296,10 @@ void Render::finish_tiles() {
     if (!(target_ > 0)) return;
     const Film::Summary all = film_.summary();
     const double allowed = target_ * all.mean / all.values;
-    for (std::size_t t = 0; t < film_.tiles(); ++t) {
-        const Film::Summary s = film_.summary(t);
-        if (s.variance <= allowed * allowed * s.values) film_.finish(t);
-    }
+    const auto good = [&](const Film::Summary& s) { return s.variance <= allowed * allowed * s.values; };
+    const bool all_good = good(all);
+    for (std::size_t t = 0; t < film_.tiles(); ++t)
+        if (all_good || good(film_.summary(t))) film_.finish(t);
 }
 
 bool Render::finished() const {
@@ -309,7 +309,7 @@ bool Render::finished() const {
 }
 
 std::size_t Render::state_size() const {
-    std::size_t size = sizeof fingerprint_ + sizeof samples_ + sizeof(std::uint64_t);
+    std::size_t size = sizeof STATE_VERSION + sizeof fingerprint_ + sizeof samples_ + sizeof(std::uint64_t);
     for_state(*this, [&](const auto* data, std::size_t count) { size += count * sizeof *data; });
     return size;
 }
@@ -320,6 +320,7 @@ void Render::state(char* bytes) const {
         std::memcpy(p, data, count * sizeof *data);
         p += count * sizeof *data;
     };
+    write(&STATE_VERSION, 1);
     write(&fingerprint_, 1);
     write(&samples_, 1);
     for_state(*this, write);
@@ -329,15 +330,18 @@ void Render::state(char* bytes) const {
 
 void Render::restore(std::string_view state) {
     const std::size_t size = state_size();
-    std::uint64_t print = 0, sum = 0;
-    std::memcpy(&print, state.data(), std::min(state.size(), sizeof print));
-    if (print != fingerprint_)
+    std::uint64_t head[2] = {0, 0}, sum = 0;  // version and fingerprint
+    std::memcpy(head, state.data(), std::min(state.size(), sizeof head));
+    if (head[0] != STATE_VERSION)
+        throw std::invalid_argument("state: of version " + std::to_string(head[0]) + ", expected " +
+                                    std::to_string(STATE_VERSION) + ", whose samples are others");
+    if (head[1] != fingerprint_)
         throw std::invalid_argument("state: it belongs to another scene, camera, size or setting");
     if (state.size() == size) std::memcpy(&sum, state.data() + size - sizeof sum, sizeof sum);
     if (state.size() != size || sum != Fingerprint().bytes(state.data(), size - sizeof sum).value())
         throw std::invalid_argument("state: damaged, " + std::to_string(state.size()) + " bytes of " +
                                     std::to_string(size));
-    const char* p = state.data() + sizeof print;
+    const char* p = state.data() + sizeof head;
     const auto read = [&](auto* data, std::size_t count) {
         std::memcpy(static_cast<void*>(data), p, count * sizeof *data);
         p += count * sizeof *data;

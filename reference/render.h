@@ -32,8 +32,8 @@ public:
     // on how the samples are split into calls. Throws std::invalid_argument where the scene has changed.
     void advance(int samples);
     // From now on, tiles are finished as soon as their relative standard error, the root mean square over their pixels
-    // over the mean of the picture, is below; 0: never. That is looked at after 2^n samples, and biases by as much as
-    // such rules do: a tile which happens to look even ends early.
+    // over the mean of the picture, is below, and all of them as soon as the picture's is; 0: never. That is looked at
+    // after 2^n samples, and biases by as much as such rules do: a tile which happens to look even ends early.
     void set_target(double error) { target_ = settings_.variance ? error : 0; }
     bool finished() const;
 
@@ -46,7 +46,7 @@ public:
     // A film of 8k has gigabytes: the caller brings state_size() bytes for it.
     std::size_t state_size() const;
     void state(char* bytes) const;
-    // Throws std::invalid_argument where the state is another's, or damaged; then nothing has changed.
+    // Throws std::invalid_argument where the state is another's, of another version, or damaged; then nothing has changed.
     void restore(std::string_view state);
 
 private:

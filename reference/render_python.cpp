@@ -89,7 +89,8 @@ void bind_render(nb::module_& m) {
             require_variance(r);
             r.set_target(error);
         }, "error"_a, "Tiles of 16 x 16 pixels are finished as soon as their root mean square standard error over the\n"
-                      "mean of the picture is below; 0: never. Looked at after 16, 32, 64 .. samples.")
+                      "mean of the picture is below, and all of them as soon as the picture's own is; 0: never.\n"
+                      "Looked at after 16, 32, 64 .. samples.")
         .def_prop_ro("finished", &Render::finished)
         .def("samples", [](const Render& r) {
             return picture<std::int32_t>(r.film(), 1, [](std::size_t, int n, std::int32_t* out) { *out = n; });
@@ -118,6 +119,6 @@ void bind_render(nb::module_& m) {
             return nb::steal<nb::bytes>(bytes);
         }, "All that an equal render needs to go on to the same bits.")
         .def("restore", [](Render& r, nb::bytes s) { r.restore({s.c_str(), s.size()}); }, "state"_a,
-             "Takes over a state. ValueError where it belongs to another scene, camera, size or setting, or is\n"
-             "damaged; then nothing has changed.");
+             "Takes over a state. ValueError where it belongs to another scene, camera, size, setting or version,\n"
+             "or is damaged; then nothing has changed.");
 }

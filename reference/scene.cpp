@@ -82,9 +82,38 @@ bool reaches(RTCScene scene, RTCRay ray) {
     return ray.tfar >= 0;
 }
 
+// The i-th of directions that are spread over the sphere.
+Vec3 evenly(int i) {
+    const Vec2 u = Sample(0, i).pair(0);
+    const double z = 1 - 2 * u.x, r = std::sqrt(1 - z * z), phi = 2 * std::numbers::pi * u.y;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
 void store(const Vec3& v, std::vector<double>& image, std::size_t pixel) {
     double* p = image.data() + 3 * pixel;
     p[0] = v.x, p[1] = v.y, p[2] = v.z;
+}
+
+// Points all over a light, just above its surface where it has one; none where it is infinitely far away.
+std::vector<Vec3> shining_points(const Source& source) {
+    constexpr int POINTS = 64;
+    std::vector<Vec3> points;
+    if (const auto* l = std::get_if<Light>(&source); l && !l->at_infinity) points.push_back(l->place);
+    if (const auto* l = std::get_if<RectangleLight>(&source)) {
+        const Vec3 above = l->center + l->axes.z * (2 * l->offset);
+        const auto add = [&](double x, double y) {
+            points.push_back(above + l->axes.x * (x * l->half_x) + l->axes.y * (y * l->half_y));
+        };
+        for (const double x : {-1, 1})
+            for (const double y : {-1, 1}) add(x, y);
+        for (int i = 0; i < POINTS; ++i) {
+            const Vec2 u = Sample(0, i).pair(0);
+            add(2 * u.x - 1, 2 * u.y - 1);
+        }
+    }
+    if (const auto* l = std::get_if<SphereLight>(&source))
+        for (int i = 0; i < POINTS; ++i) points.push_back(l->center + evenly(i) * (l->radius + 2 * l->offset));
+    return points;
 }
 
 }  // namespace
@@ -206,9 +235,7 @@ int Scene::enclosing(const Vec3& point) const {
     constexpr int RAYS = 32;
     int object = NONE;
     for (int i = 0; i < RAYS; ++i) {
-        const Vec2 u = Sample(0, i).pair(0);
-        const double z = 1 - 2 * u.x, r = std::sqrt(1 - z * z), phi = 2 * std::numbers::pi * u.y;
-        const Ray ray{point, {r * std::cos(phi), r * std::sin(phi), z}};
+        const Ray ray{point, evenly(i)};
         const auto found = find(ray);
         if (found && objects_[found->object].source != NONE) continue;
         if (!found || found->surface.facing.dot(ray.direction) <= 0) return NONE;
@@ -220,17 +247,12 @@ int Scene::enclosing(const Vec3& point) const {
 
 std::vector<std::pair<int, int>> Scene::enclosed_lights() const {
     std::vector<std::pair<int, int>> list;
-    const auto check = [&](int light, const Vec3& point) {
-        const int object = enclosing(point);
-        if (object != NONE && !objects_[object].material.glass) list.emplace_back(light, object);
-    };
     for (std::size_t i = 0; i < sources_.size(); ++i) {
-        const int id = static_cast<int>(i);
-        if (const auto* l = std::get_if<Light>(&sources_[i]); l && !l->at_infinity) check(id, l->place);
-        if (const auto* l = std::get_if<RectangleLight>(&sources_[i]))
-            check(id, l->center + l->axes.z * (2 * l->offset));
-        if (const auto* l = std::get_if<SphereLight>(&sources_[i]))
-            check(id, l->center + Vec3(0, l->radius + 2 * l->offset, 0));
+        const std::vector<Vec3> points = shining_points(sources_[i]);
+        const int object = points.empty() ? NONE : enclosing(points.front());
+        if (object == NONE || objects_[object].material.glass) continue;
+        const auto within = [&](const Vec3& point) { return enclosing(point) == object; };
+        if (std::all_of(points.begin(), points.end(), within)) list.emplace_back(static_cast<int>(i), object);
     }
     return list;
 }

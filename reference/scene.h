@@ -80,7 +80,8 @@ public:
     // The object that the point lies within: from there, all of many rays first meet its surface from behind, but for
     // those that meet a light. NONE where there is no such object.
     int enclosing(const Vec3& point) const;
-    // Point and area lights that an object encloses, so that their light does not get out: (light, object).
+    // Point and area lights that an object which is no glass encloses as a whole, so that their light does not get
+    // out: (light, object).
     std::vector<std::pair<int, int>> enclosed_lights() const;
 
     // The first surface that a ray meets. Detail::normals leaves out the tangent where the material takes none.

@@ -172,6 +172,17 @@ def test_error_stops_where_it_is_reached(lobe, tmp_path):
     assert result["error"] <= 0.05 and samples.max() == result["samples"] < 4096 and samples.min() < samples.max()
 
 
+@pytest.mark.parametrize("budget", [("--seconds", "inf"), ("--seconds", "nan"), ("--seconds", "1e308"), ("--error", "nan")])
+def test_budgets_without_end_are_refused(lobe, tmp_path, budget):
+    status, out, err = lobe("s.toml", *budget)
+    assert status == 2 and err.count("\n") == 1 and budget[0] in err and "internal" not in err
+
+
+def test_budgets_beyond_reach_are_no_fault(lobe):
+    for budget in (("--error", 1e-200), ("--error", 5e-324), ("--seconds", 1e9)):
+        assert lobe("s.toml", "--spp", 4, *budget)[0] == 0
+
+
 def test_seconds_stop_and_may_be_resumed(lobe, tmp_path):
     assert lobe("s.toml", "--seconds", 0.2)[0] == 0
     first = parts(tmp_path / "out" / "s.exr")["samples"].max()

@@ -338,6 +338,24 @@ def test_light_inside_of_a_closed_object_is_noted(scene, tmp_path, light, inside
         assert f"s.toml:{line_of(text, '[[lights]]')}: lights[1]: lies inside of the closed object" in notes[0]
 
 
+@pytest.mark.parametrize("light", [
+    'type = "sphere"\ncenter = [0, -1, 0]\nradius = 0.5\nradiance = 1',  # half outside, its top within
+    'type = "sphere"\ncenter = [0.7, 0.1, 0.3]\nradius = 0.5\nradiance = 1',
+    'type = "sphere"\ncenter = [0, 0, 0]\nradius = 2\nradiance = 1',  # around the object
+    'type = "rectangle"\ncenter = [0, 0.3, 0]\ntarget = [0, 0, 0]\nsize = [1e6, 1e6]\nradiance = 1',
+    'type = "rectangle"\ncenter = [0, 0.3, 0]\ntarget = [0, 0, 0]\nsize = [0.1, 3]\nradiance = 1',
+])
+def test_light_that_gets_out_is_not_noted(scene, light):
+    assert scene(BASE[: BASE.index("[[lights]]")] + "[[lights]]\n" + light).notes == []
+
+
+def test_light_within_glass_is_not_noted(scene):
+    text = BASE[: BASE.index("[[lights]]")] + '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\nintensity = 1\n'
+    assert len(scene(text).notes) == 1
+    coated = text[text.index("[materials.coated]") : text.index("[[objects]]")]
+    assert scene(text.replace(coated, "[materials.coated]\nglass = {}\n")).notes == []
+
+
 def test_room_around_the_camera_is_no_mistake(scene, tmp_path):
     import trimesh
 

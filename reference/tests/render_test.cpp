@@ -1,4 +1,5 @@
 // What path tracing draws at random: sequences, proposals and lights against their densities and areas.
+#include "fingerprint.h"
 #include "material.h"
 #include "render.h"
 
@@ -46,6 +47,18 @@ TEST(Sample, PairsAreZeroTwoSequences) {
 }
 
 // Over the sequences, each point is uniform, and knows nothing of the other pairs of the same sample.
+// Checkpoints of older samples must not go on with new ones. Where this fails, raise STATE_VERSION and note the new sum.
+TEST(Sample, OfThisVersionIsAsItWas) {
+    Fingerprint print;
+    for (int i = 0; i < 1024; ++i)
+        for (std::uint32_t k = 0; k < 8; ++k) {
+            const Vec2 u = Sample(scrambled(k), i).pair(k);
+            print.add(u.x).add(u.y);
+        }
+    EXPECT_EQ(STATE_VERSION, 1u);
+    EXPECT_EQ(print.value(), 7658316976743077338u);
+}
+
 TEST(Sample, IsUniformAndPairsAreIndependent) {
     constexpr int SEQUENCES = 20000, BINS = 4;
     for (int index : {0, 1, 7}) {
