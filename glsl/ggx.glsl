@@ -65,12 +65,13 @@ float lobe_D_GGX_half(vec3 N, vec3 H, float alpha) {
 // normalised  yes
 // units       8
 // source      Burley 2012, section B.2; Heitz 2014, eq. 85
+// Why this form: with the slopes times alphaX alphaY one division does. k w <= 1e14 and k <= 1e22, so nothing overflows.
 float lobe_D_GGX_aniso(float NdotH, float TdotH, float BdotH, float alphaX, float alphaY) {
     vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
-    vec2 slope = clamp(vec2(TdotH, BdotH), -1.0, 1.0) / a;
-    float c = clamp(NdotH, -1.0, 1.0);
-    float k = 1.0 / max(dot(slope, slope) + c * c, 1e-14);
-    return k * k * LOBE_INV_PI / (a.x * a.y);
+    float w = a.x * a.y;
+    vec3 h = clamp(vec3(TdotH, BdotH, NdotH), vec3(-1.0, -1.0, 1e-7), vec3(1.0)) * vec3(a.y, a.x, w);
+    float k = w / dot(h, h);
+    return k * w * k * LOBE_INV_PI;
 }
 
 // Smith masking of one direction over GGX facets.
