@@ -45,7 +45,7 @@ float lobe_exponent_Blinn(float exponent) {
 // units   16, exp and log
 // source  log(1 + x) = 2 artanh(x / (2 + x))
 // Why this form: pow(c, exponent) has an error of exponent roundings of c, or on Vulkan of exponent / 2^21. Only where
-// c < 3/4 is log safe.
+// c < 3/4 is log safe. exp2(-exponent log2(1 + x)) costs 10 cycles in place of 34 (NAVI21), 118 units off.
 float lobe_inv_pow1p(float x, float exponent) {
     float y = clamp(x, 0.0, 1e30);
     float z = y / (2.0 + y), z2 = z * z;
@@ -70,6 +70,8 @@ float lobe_pow_Gaussian(float s, float exponent) {
 // normalised  yes
 // units       16, exp and log
 // source      Blinn 1977; Walter et al. 2007, eq. 30
+// Why this form: NdotH^exponent as exp2 and log2 costs 14 cycles in place of 48 (NAVI21), but is 1e-4 off (rms, to
+// exponents of 1e4) where this is 1e-6.
 // Take the vector form where the exponent is large: the rounding of NdotH alone costs 0.3 % at 2e4, 10 % at 5e5.
 float lobe_D_BlinnPhong(float NdotH, float exponent) {
     float c = clamp(NdotH, 1e-30, 1.0);

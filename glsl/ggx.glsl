@@ -65,7 +65,7 @@ float lobe_D_GGX_half(vec3 N, vec3 H, float alpha) {
 // normalised  yes
 // units       8
 // source      Burley 2012, section B.2; Heitz 2014, eq. 85
-// Why this form: with the slopes times alphaX alphaY one division does. k w <= 1e14 and k <= 1e22, so nothing overflows.
+// Why this form: with the slopes times alphaX alphaY one division does. k w <= 1e14, k <= 1e22: nothing overflows.
 float lobe_D_GGX_aniso(float NdotH, float TdotH, float BdotH, float alphaX, float alphaY) {
     vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     float w = a.x * a.y;
