@@ -60,5 +60,7 @@ def _left_out(material: dict, extensions: dict) -> list[str]:
         found.append("it does not shine: put a light there")
     if material.get("alphaMode", "OPAQUE") != "OPAQUE":
         found.append("is drawn opaque")
+    if material.get("doubleSided"):
+        found.append("doubleSided is left out: all surfaces but glass are black from behind")
     found += [f"{name} is left out" for name in sorted(set(extensions) - _READ)]
     return found

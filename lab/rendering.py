@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import re
+import signal
+import threading
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +24,13 @@ from .scene_files import SceneFile
 STRIP = 8 * exr.BLOCK_ROWS  # rows that are traced and written at once
 PASS_SECONDS = 0.5  # how long one call into the tracer should take, so that budgets and interrupts are noticed
 SAVE_SECONDS = 60.0  # between checkpoints; a slow disk gets more time
+FIRST_SAVE_SECONDS = 5.0  # before the first of them
 FILM_BYTES = 2 * 3 * 8  # of a pixel: sums of two halves of its samples
 LAYER_BYTES = 3 * 8  # of a pixel, for each light
 COPIES = 2  # of the film: itself, and what is written or read of it
 MOST_SAMPLES = 1 << 24
 MOST_SECONDS = 1e9
+CGROUPS, OWN_CGROUPS = Path("/sys/fs/cgroup"), Path("/proc/self/cgroup")
 
 AOVS = {"N": "XYZ", "T": "XYZ", "V": "XYZ", "position": "XYZ", "uv": "UV", "depth": "Z", "object": "I",
         "primitive": "I"}  # names of channels
@@ -102,26 +107,30 @@ class Rendering:
     # Work.
 
     def advance(self, budget: Budget, step: Callable[[str, int, int], None]) -> None:
-        """Adds samples until the budget is spent. Ctrl-C ends it between two passes, with a checkpoint written."""
+        """Adds samples until the budget is spent. Ctrl-C and SIGTERM end it between two passes, with a checkpoint
+        written."""
         self.target = budget.error or 0.0
         self.render.set_target(self.target)
         started = saved = time.monotonic()
-        spent, save_every, count = self.seconds, SAVE_SECONDS, 1
+        spent, save_every, count = self.seconds, min(FIRST_SAVE_SECONDS, SAVE_SECONDS), 1
         step(*self._progress(budget, 0.0))  # so that samples of an earlier run do not count as fast ones
         try:
-            while not self._is_spent(budget, time.monotonic() - started):
-                count = min(count, (budget.spp or MOST_SAMPLES) - self.done)
-                before = time.monotonic()
-                self.render.advance(count)
-                now = time.monotonic()
-                self.done += count
-                self.seconds = spent + now - started
-                step(*self._progress(budget, now - started))
-                count = max(1, min(2 * count, int(count * PASS_SECONDS / max(now - before, 1e-6))))
-                if now - saved > save_every:
-                    self.save()
-                    saved = time.monotonic()
-                    save_every = max(SAVE_SECONDS, 20 * (saved - now))
+            with stops() as stopped:
+                while not self._is_spent(budget, time.monotonic() - started):
+                    count = min(count, (budget.spp or MOST_SAMPLES) - self.done)
+                    before = time.monotonic()
+                    self.render.advance(count)
+                    now = time.monotonic()
+                    self.done += count
+                    self.seconds = spent + now - started
+                    step(*self._progress(budget, now - started))
+                    count = max(1, min(2 * count, int(count * PASS_SECONDS / max(now - before, 1e-6))))
+                    if now - saved > save_every:
+                        self.save()
+                        saved = time.monotonic()
+                        save_every = max(SAVE_SECONDS, 20 * (saved - now))
+                    if stopped:
+                        raise KeyboardInterrupt
         except KeyboardInterrupt:
             self.save()
             raise
@@ -228,6 +237,29 @@ class Rendering:
         files.write_png(self.preview, shown)
 
 
+@contextlib.contextmanager
+def stops() -> Iterator[list[int]]:
+    """A list that gets the first Ctrl-C or SIGTERM: raised at once, it could part the film from the count of its
+    samples. The second one acts as ever."""
+    got: list[int] = []
+    before = {}
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    def take(number, frame) -> None:
+        got.append(number)
+        restore()
+
+    if threading.current_thread() is threading.main_thread():  # no other may ask for signals
+        before = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield got
+    finally:
+        restore()
+
+
 def require_memory(scene: SceneFile, settings: Settings) -> None:
     """InputError where film and checkpoint would not fit into what memory is free."""
     each = FILM_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
@@ -239,13 +271,35 @@ def require_memory(scene: SceneFile, settings: Settings) -> None:
 
 
 def free_memory() -> int:
-    """Bytes that this process may still take, a limit such as ulimit -v included."""
+    """Bytes that this process may still take, limits of control groups, and such as ulimit -v, included."""
     import resource
 
     available = re.search(r"MemAvailable: +(\d+) kB", Path("/proc/meminfo").read_text())
     free = int(available[1]) * 1024 if available else os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    free = min([free, *cgroups_memory()])
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     if limit == resource.RLIM_INFINITY:
         return free
     used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     return min(free, limit - used)
+
+
+def cgroups_memory() -> list[int]:
+    """Bytes that each control group of this process still grants, where it has a limit. Files that it has read count
+    as granted: the kernel drops them first."""
+    left = []
+    for line in OWN_CGROUPS.read_text().splitlines() if OWN_CGROUPS.exists() else ():
+        _, controllers, own = line.split(":", 2)
+        if "memory" in controllers.split(","):
+            root, limit, used = CGROUPS / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+        elif not controllers:
+            root, limit, used = CGROUPS, "memory.max", "memory.current"
+        else:
+            continue
+        group = Path(own.lstrip("/"))
+        for folder in (root / group, *(root / parent for parent in group.parents)):
+            with contextlib.suppress(OSError, ValueError):  # none here, or "max"
+                cached = re.findall(r"^(?:total_)?inactive_file (\d+)$", (folder / "memory.stat").read_text(), re.M)
+                granted = int((folder / limit).read_text()) - int((folder / used).read_text())
+                left.append(max(granted + max(map(int, cached), default=0), 0))
+    return left

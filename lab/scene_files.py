@@ -11,13 +11,14 @@ import numpy as np
 
 from . import files, gltf_materials, meshes, scene_schema, toml_lines
 from .errors import InputError
-from .scene_schema import LARGEST, Place, measured
+from .scene_schema import BRIGHTEST, LARGEST, Place, measured
 
 DISC_SECTORS = 512
 LOSSY = {"DWAA", "DWAB", "B44", "B44A", "PXR24"}
 UNDERSHOOT = 0.02  # of a lossy picture's energy: how much the values below 0 may be that its compression left
 MAX_ENVIRONMENT = 16384  # pixels, its width
 RESOLVED = 1e-5  # a size as part of the distance from the origin, so that float32 has some hundred steps for it
+TOUCHING = 1e-6  # a distance as part of the object's size, below which float32 tells nothing
 INSIDE = 0.5  # winding number, which is 1 inside of a closed surface, -1 inside of one turned inwards, and 0 outside
 
 
@@ -105,8 +106,12 @@ class _Builder:
         for i, thing in enumerate(self.described[kind]):
             if thing["name"] in taken:
                 (self.place / kind / i / "name").fail(f'"{thing["name"]}" is taken, expected a name of its own')
+            if thing["name"]:
+                taken.add(thing["name"])
+        for i, thing in enumerate(self.described[kind]):
             word = thing["file"].stem if "file" in thing else thing.get("shape") or thing["type"]
-            thing["name"] = thing["name"] or (word if word not in taken else f"{word}-{i + 1}")
+            names = (word, *(f"{word}-{number}" for number in range(i + 1, i + 2 + len(taken))))
+            thing["name"] = thing["name"] or next(name for name in names if name not in taken)
             taken.add(thing["name"])
 
     # Objects.
@@ -199,14 +204,15 @@ class _Builder:
         if (given["file"] is None) == (given["color"] is None):
             place.fail("expected either file or color, one of them")
         if given["file"]:
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore"):  # told below
                 pixels = (place / "file").reading(read_environment, given["file"]) * np.array(given["scale"], np.float32)
         else:
             pixels = np.tile(np.array(given["color"], np.float32), (8, 16, 1))
         if not pixels.any():
             place.fail("has no energy, all of it is 0; leave out [environment] for darkness")
-        if not np.isfinite(pixels).all():
-            (place / "scale").fail("makes values beyond float32; choose a smaller one")
+        if not pixels.max() <= BRIGHTEST:
+            (place / "scale").fail(f"makes radiance up to {pixels.max():.3g}, expected up to {BRIGHTEST:g}; choose a "
+                                   "smaller one")
         self.scene.set_environment(pixels, given["rotation"])
         self.lights.append("environment")
         self._remember(pixels, given["rotation"])
@@ -216,6 +222,8 @@ class _Builder:
     def _camera(self, eye: np.ndarray):
         given, place = self.described["camera"], self.place / "camera"
         for solid in self.solids:
+            if solid.shape.touches(eye):
+                (place / "eye").fail(f"lies on the surface of {solid.name}, expected it outside of all objects")
             if solid.holds(eye):
                 (place / "eye").fail(f"lies inside of {solid.name}, expected it outside of all objects")
         for i, light in enumerate(self.described["lights"]):
@@ -290,6 +298,9 @@ class _Ball:
     def winding(self, point: np.ndarray) -> float:
         return float(np.linalg.norm(point - self.center) < self.radius)
 
+    def touches(self, point: np.ndarray) -> bool:
+        return abs(np.linalg.norm(point - self.center) - self.radius) <= TOUCHING * self.radius
+
 
 @dataclass(frozen=True)
 class _Square:
@@ -307,6 +318,11 @@ class _Square:
 
     def winding(self, point: np.ndarray) -> float:
         return 0.0
+
+    def touches(self, point: np.ndarray) -> bool:
+        axes = np.stack([self.tangent, np.cross(self.normal, self.tangent), self.normal])
+        reach = np.array((1 + TOUCHING, 1 + TOUCHING, TOUCHING)) * self.half_size
+        return bool((np.abs(axes @ (point - self.center)) <= reach).all())
 
 
 @dataclass(frozen=True)
@@ -332,6 +348,18 @@ class _Triangles:
         volume = _dot(a, np.cross(b, c))
         angle = 2 * np.arctan2(volume, la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb)
         return float(angle.sum() / (4 * np.pi))
+
+    def touches(self, point: np.ndarray) -> bool:
+        low, high = self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)
+        near = TOUCHING * (high - low).max()
+        if (point < low - near).any() or (point > high + near).any():
+            return False
+        a, b, c = (self.mesh.vertices[corner] - point for corner in self.mesh.faces.T)
+        areas = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])  # twice, seen from the point
+        whole = areas.sum(axis=0)
+        size = np.linalg.norm(whole, axis=1)
+        shares = np.einsum("kfi,fi->kf", areas, whole) / size**2  # of its foot on the triangle's plane
+        return bool(((np.abs(_dot(a, whole)) <= near * size) & (shares >= -TOUCHING).all(axis=0)).any())
 
 
 @dataclass(frozen=True)
@@ -466,7 +494,10 @@ def read_environment(file: Path) -> np.ndarray:
     if not {"R", "G", "B"} <= set(header["channels"]):
         raise InputError(f"{file}: has the channels {', '.join(header['channels'])}, expected R, G, B")
     channels = files.read_exr(file)
-    pixels = np.asarray(channels.get("RGB", channels.get("RGBA")))[..., :3].astype(np.float32)
+    pixels = np.asarray(channels.get("RGB", channels.get("RGBA")))[..., :3]
+    if pixels.dtype.kind != "f":
+        raise InputError(f"{file}: has whole numbers in R, G, B, expected radiance as half or float; convert it")
+    pixels = pixels.astype(np.float32)
     _require(file, ~np.isfinite(pixels), pixels, "finite numbers")
     negative = pixels < 0
     if header["compression"] in LOSSY and -pixels[negative].sum() <= UNDERSHOOT * pixels.sum():

@@ -409,7 +409,8 @@ def _schema() -> dict[str, Key]:
             "mesh": (Key("file", File(MESHES), "triangles"),
                      Key("flat", Flag(), "show facets, without the file's normals or smooth ones", False)),
             "sphere": (), "plane": (), "disc": (),
-        }, "shape", 'a table with shape = "mesh", "sphere", "plane" or "disc"')), "what is seen", ()),
+        }, "shape", 'a table with shape = "mesh", "sphere", "plane" or "disc"')),
+            "what is seen, on the side of its normals: from behind, all but glass is black", ()),
         Key("lights", List(Table((name,), {
             "rectangle": (Key("center", vector(), "of the rectangle"),
                           Key("target", vector(), "the point that it faces; it shines to that side only"),

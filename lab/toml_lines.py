@@ -25,6 +25,8 @@ _SCALAR = re.compile(r"[^,\]}\n#]+")
 def load(path: Path) -> tuple[dict, dict[KeyPath, int]]:
     """The tables of a file, and the line, from 1, on which each key, table or element of an array begins. InputError
     with file and line where it is no TOML."""
+    if Path(path).is_fifo():  # would wait for a writer that may never come
+        raise InputError(f"{path}: is a pipe, expected a file; write the scene into one")
     content = files.read_bytes(path)
     try:
         text = content.decode("utf-8").replace("\r\n", "\n")
@@ -46,7 +48,10 @@ def _placed(message: str, text: str) -> tuple[str, int]:
     """A message of tomllib without the place that it ends with, and the line of that."""
     place = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)$", message)
     line = int(place[1]) if place and place[1] else text.rstrip("\n").count("\n") + 1
-    return (message[: place.start()] if place else message), line
+    message = message[: place.start()] if place else message
+    if message.startswith(("Cannot overwrite", "Cannot mutate", "Cannot declare")):
+        message = "gives a key, or a table, that is given above, too; keep one of them"
+    return message, line
 
 
 class _Lines:

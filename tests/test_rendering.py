@@ -239,11 +239,50 @@ def test_interrupt_saves_and_resumes_to_the_same_bits(lobe, tmp_path, monkeypatc
     assert same_picture(tmp_path / "a" / "s.exr", tmp_path / "b" / "s.exr")
 
 
+@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+def test_a_signal_saves_and_resumes_to_the_same_bits(lobe, tmp_path, monkeypatch, number):
+    """While the tracer works: what it has just done must be counted."""
+    from lobe import reference
+
+    lobe("s.toml", "--spp", 40, "--out", "a")
+    real = reference.Render
+
+    class Signalled:
+        def __init__(self, *arguments, **settings):
+            self.render, self.calls = real(*arguments, **settings), 0
+
+        def __getattr__(self, name):
+            return getattr(self.render, name)
+
+        def advance(self, samples):
+            self.render.advance(samples)
+            self.calls += 1
+            if self.calls == 3:
+                signal.raise_signal(number)
+
+    monkeypatch.setattr(reference, "Render", Signalled)
+    handlers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
+    status, out, err = lobe("s.toml", "--spp", 40, "--out", "b")
+    assert status == 130 and out == "" and "stopped after" in err and (tmp_path / "b" / "s.checkpoint").exists()
+    assert handlers == [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
+    monkeypatch.setattr(reference, "Render", real)
+    assert lobe("s.toml", "--spp", 40, "--out", "b", "--resume")[0] == 0
+    assert same_picture(tmp_path / "a" / "s.exr", tmp_path / "b" / "s.exr")
+
+
+def test_first_checkpoint_comes_early(lobe, monkeypatch):
+    saves = []
+    monkeypatch.setattr(rendering, "PASS_SECONDS", 0.0)
+    monkeypatch.setattr(rendering, "FIRST_SAVE_SECONDS", 0.0)
+    monkeypatch.setattr(rendering.Rendering, "save", lambda self: saves.append(self.done))
+    assert lobe("s.toml", "--spp", 8)[0] == 0
+    assert saves == [1, 8]
+
+
 KILLED = """
 import sys
 from lobe.lab import cli, rendering
 rendering.SAVE_SECONDS, rendering.PASS_SECONDS = 0.0, 0.005
-rendering.CALM = 0.0
 sys.argv = ["lobe", "reference", *sys.argv[1:]]
 print("ready", flush=True)
 cli.main()
@@ -399,6 +438,25 @@ def peak(folder, *arguments):
                               cwd=folder, capture_output=True, text=True)
     assert measured.returncode == 0, measured.stderr
     return int(measured.stdout.split()[-1]) * 1024
+
+
+@pytest.mark.parametrize("line, limit, used", [("0::/a/b", "memory.max", "memory.current"),
+                                               ("4:memory:/a/b", "memory.limit_in_bytes", "memory.usage_in_bytes")])
+def test_limits_of_control_groups_count(lobe, tmp_path, monkeypatch, line, limit, used):
+    root = tmp_path / "cgroup" / ("memory" if "memory" in line else "")
+    (root / "a" / "b").mkdir(parents=True)
+    (tmp_path / "own").write_text(f"9:pids:/x\n{line}\n")
+    monkeypatch.setattr(rendering, "CGROUPS", tmp_path / "cgroup")
+    monkeypatch.setattr(rendering, "OWN_CGROUPS", tmp_path / "own")
+    assert rendering.cgroups_memory() == []
+    for folder, most in ((root / "a", "9000000"), (root / "a" / "b", "max")):
+        (folder / limit).write_text(f"{most}\n")
+        (folder / used).write_text("8000000\n")
+        (folder / "memory.stat").write_text("anon 7\ninactive_file 500000\nactive_file 3\n")
+    assert rendering.cgroups_memory() == [1500000] and rendering.free_memory() == 1500000
+    assert lobe("s.toml", "--size", 48, "--spp", 1)[0] == 0
+    status, _, err = lobe("s.toml", "--size", 480, "--spp", 1)
+    assert status == 2 and "film.width" in err and "choose a smaller picture" in err
 
 
 PEAK = ("import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True);"

@@ -1,6 +1,7 @@
 """Scene files: what is written comes into the scene, and each mistake is told in one line with file, line and key."""
 
 import json
+import os
 import re
 
 import numpy as np
@@ -180,6 +181,8 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("eye = [0.0, 0.0, 5.0]", "", "[camera]", ["camera: has no eye"]),
     ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, 0.0, 0.5]", "eye", ["camera.eye: lies inside of sphere"]),
     ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, 0.0, 0.0]", "eye", ["camera.eye: lies inside of sphere"]),
+    ("eye = [0.0, 0.0, 5.0]", "eye = [0.0, 0.0, 1.0]", "eye", ["camera.eye: lies on the surface of sphere"]),
+    ("eye = [0.0, 0.0, 5.0]", "eye = [2.0, -1.0, 5.0]", "eye", ["camera.eye: lies on the surface of floor"]),
     ("target = [0.0, 0.0, 0.0]\n\n", "target = [0.0, 0.0, 5.0]\n\n", "[camera]", ["camera: ", "eye and target must differ"]),
     ("target = [0.0, 0.0, 0.0]\n\n", "target = [0.0, 0.0, 0.0]\nup = [0, 0, 1]\n\n", "[camera]", ["camera: ", "up must not"]),
     ("target = [0.0, 0.0, 0.0]\n\n", "target = [0.0, 0.0, 0.0]\nfov = 180\n\n", "fov", ["camera.fov", "0.01..179"]),
@@ -240,15 +243,19 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("color = 1.0", 'file = "dark.exr"', "[environment]", ["environment: has no energy"]),
     ("color = 1.0", 'file = "cut.exr"', "file", ["environment.file", "truncated or damaged"]),
     ("color = 1.0", 'file = "absurd.exr"', "file", ["environment.file", "absurd.exr"]),
+    ("color = 1.0", 'file = "bright.exr"', "[environment]", ["environment.scale: makes radiance up to 1e+30, expected up to"]),
+    ("color = 1.0", 'file = "whole.exr"', "file", ["environment.file", "whole numbers in R, G, B, expected radiance"]),
     ("color = 1.0", 'file = "probe.exr"\nscale = -1', "scale", ["environment.scale: -1 is out of range"]),
-    ("color = 1.0", 'file = "bright.exr"\nscale = 1e9', "scale", ["environment.scale: makes values beyond float32"]),
+    ("color = 1.0", 'file = "bright.exr"\nscale = 1e9', "scale", ["environment.scale: makes radiance up to inf, expected up to 1e+09"]),
     ("[film]\n", "[film]\nlayers = 1\n", "layers", ["film.layers: 1, expected true or false"]),
     ("[film]\n", "[render]\nstrategy = 'both'\n[film]\n", "strategy", ["render.strategy", '"mis", "light", "lobe"']),
     ("[film]\n", "[render]\ndepth = -1\n[film]\n", "depth", ["render.depth: -1 is out of range"]),
     ("[film]\n", "[render]\nspp = 0\n[film]\n", "spp", ["render.spp: 0 is out of range"]),
     ("[film]\nwidth = 64\nheight = 36\n", "film = 3\n", "film", ["film: 3, expected a table"]),
+    ("[film]\n", "objects = 3\n[film]\n", '[[objects]]\nshape', ["gives a key, or a table, that is given above"]),
+    ("[film]\n", "objects = []\n[film]\n", '[[objects]]\nshape', ["gives a key, or a table, that is given above"]),
     ("[film]\n", "[film\n", "[film", ["expected TOML"]),
-    ("width = 64", "width = 64\nwidth = 65", "width = 65", ["Cannot overwrite a value", "TOML"]),
+    ("width = 64", "width = 64\nwidth = 65", "width = 65", ["gives a key, or a table, that is given above"]),
     ("[film]\n", "x = " + "[" * 5000 + "]" * 5000 + "\n[film]\n", None, ["nests too deeply"]),
 ]
 
@@ -276,6 +283,8 @@ def inputs(tmp_path):
     picture("grey.exr", pixels[..., 0])
     picture("dark.exr", 0 * pixels)
     picture("bright.exr", 1e30 * pixels)
+    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage},
+                 {"RGB": pixels.astype(np.uint32)}).write(str(tmp_path / "whole.exr"))
     content = (tmp_path / "probe.exr").read_bytes()
     (tmp_path / "cut.exr").write_bytes(content[:-40])
     window = content.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
@@ -313,6 +322,29 @@ def test_what_is_no_text(tmp_path, content, words):
     message = refusal(scene_files.load, tmp_path / "s.toml")
     for word in words:
         assert word in message
+
+
+def test_a_pipe_is_no_scene(tmp_path):
+    os.mkfifo(tmp_path / "s.toml")
+    assert "is a pipe, expected a file" in refusal(scene_files.load, tmp_path / "s.toml")
+
+
+def test_given_names_come_before_generated_ones(scene):
+    ball = '[[objects]]\nshape = "sphere"\nmaterial = "coated"\ntranslate = [9, 0, 0]\n'
+    text = BASE.replace("[[lights]]", ball + ball.replace("shape", 'name = "sphere-3"\nshape') + ball + "[[lights]]")
+    assert scene(text).objects == ["sphere", "floor", "sphere-4", "sphere-3", "sphere-5"]
+
+
+def test_camera_on_a_triangle_is_told(scene, tmp_path):
+    (tmp_path / "m.obj").write_text("v 1 0 4\nv 0 1 5\nv -1 0 6\nv -5 -5 5\nf 1 2 3\nf 1 3 4\n")
+    text = object_text('shape = "mesh"\nfile = "m.obj"')
+    for eye, touches in (([0, 0.5, 5], True), ([0, 0, 5], True), ([0.5, 0.5, 4.5], True), ([0, 0.5, 5.1], False),
+                         ([0, 1.1, 5], False), ([0.6, 0.6, 4.4], False)):
+        moved = text.replace("eye = [0.0, 0.0, 5.0]", f"eye = {eye}")
+        if touches:
+            assert "camera.eye: lies on the surface of m" in refusal(scene, moved)
+        else:
+            scene(moved)
 
 
 def test_missing_scene(tmp_path):
@@ -565,10 +597,10 @@ def test_gltf_glass_and_mirror(scene, tmp_path, applied):
 
 
 def test_what_gltf_has_and_the_reference_has_not_is_noted_once(scene, tmp_path):
-    odd = {"name": "odd", "emissiveFactor": [1, 0, 0], "alphaMode": "BLEND", "normalTexture": {"index": 0},
+    odd = {"name": "odd", "emissiveFactor": [1, 0, 0], "alphaMode": "BLEND", "doubleSided": True, "normalTexture": {"index": 0},
            "extensions": {"KHR_materials_clearcoat": {}}}
     notes = scene(gltf(tmp_path, [odd, odd])).notes
-    for words in ("does not shine", "opaque", "textures are left out", "KHR_materials_clearcoat is left out"):
+    for words in ("does not shine", "doubleSided", "opaque", "textures are left out", "KHR_materials_clearcoat is left out"):
         assert sum(words in note for note in notes) == 1, notes
     assert all('objects[1].file: material "odd"' in note for note in notes if "odd" in note)
 
