@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace lobe {
 
@@ -50,6 +51,39 @@ inline double lobe_sin2_NH(Vec3 N, Vec3 H) {
     const Vec3 n = N.normalized(), h = H.normalized();
     if (h == Vec3(0)) return 0;
     return (n - h).length2() * (n + h).length2() / 4;
+}
+
+// The components of X along T, B = N x T and N. What lies along the surface comes from N x X, which is null for an X
+// along N, where T.X would be the rounding of T: the azimuth of such a rounding means nothing.
+inline Vec3 in_frame(Vec3 N, Vec3 T, Vec3 X) {
+    const Vec3 across = N.cross(X);
+    return {N.cross(T).dot(across), -T.dot(across), N.dot(X)};
+}
+
+inline Vec3 from_frame(Vec3 N, Vec3 T, Vec3 local) { return T * local.x + N.cross(T) * local.y + N * local.z; }
+
+// T turned by phi towards B = N x T; and the unit vector at the angle theta from N in that azimuth.
+inline Vec3 turned(Vec3 N, Vec3 T, double phi) { return T * std::cos(phi) + N.cross(T) * std::sin(phi); }
+inline Vec3 tilted(Vec3 N, Vec3 T, double theta, double phi) {
+    return N * std::cos(theta) + turned(N, T, phi) * std::sin(theta);
+}
+
+// Where the first number of a sampler turns its draw to.
+inline double drawn_azimuth(double u) { return 2 * std::numbers::pi * u; }
+
+// The angle t at which the share u of a density proportional to cos^exponent(t), about its axis, is passed: the cdf is
+// 1 - cos^(exponent + 1)(t), and tan^2 = 1/cos^2 - 1.
+inline double drawn_angle_of_power(double u, double exponent) {
+    return std::atan(std::sqrt(std::expm1(-2 * std::log1p(-u) / (exponent + 1))));
+}
+
+// The density (1/sr) of L, mirrored from V at a facet that is drawn with the density p(H): a mirror that turns by an
+// angle turns the light by twice that, which widens solid angles 4 V.H times (Walter et al. 2007, eq. 14). 0 for a V,
+// and for a half vector, that is not above the surface.
+template <class P> double mirrored_density(Vec3 N, Vec3 V, Vec3 L, P p) {
+    const Vec3 H = lobe_H(V, L);
+    if (!(N.dot(V) > 0 && N.dot(H) > 0)) return 0;
+    return p(H.normalized()) / (4 * std::max(lobe_LdotH(V, L), SMALLEST_COSINE));
 }
 
 LOBE_MODEL(core, LOBE_FUNCTION(double, lobe_alpha, (double roughness)),

@@ -2,28 +2,9 @@
 #pragma once
 
 #include "ggx.h"
-
-#include <array>
-#include <utility>
+#include "quadrature.h"
 
 namespace lobe {
-
-// Nodes and weights of Gauss, Legendre on 0..1: the roots of P_n by Newton from Tricomi's guess.
-template <int n> struct GaussLegendre {
-    GaussLegendre() {
-        for (int i = 0; i < n; ++i) {
-            double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 0;
-            for (int step = 0; step < 6; ++step) {
-                double p = 1, before = 0;
-                for (int k = 1; k <= n; ++k) before = std::exchange(p, ((2 * k - 1) * x * p - (k - 1) * before) / k);
-                slope = n * (x * p - before) / (x * x - 1);
-                x -= p / slope;
-            }
-            node[i] = (1 + x) / 2, weight[i] = 1 / ((1 - x * x) * slope * slope);
-        }
-    }
-    std::array<double, n> node, weight;
-};
 
 // The widths for which the quadratures are laid out.
 inline double energy_width(double alpha) { return std::clamp(alpha, SMALLEST_ALPHA, 4.0); }
