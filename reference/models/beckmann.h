@@ -89,6 +89,16 @@ inline Vec3 lobe_CookTorrance(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     return half_angle_F_Schlick(V, L, f0) * (lobe_D_Beckmann(N, H, alpha) * visible);
 }
 
+// Draws facets by the area that they cover, D cos: of it, 1 - exp(-tan^2/alpha^2) lies within theta (Walter et al.
+// 2007, eq. 28).
+inline Vec3 lobe_sample_Beckmann(Vec3 N, Vec3 T, double alpha, Vec2 u) {
+    const double tan = std::max(alpha, SMALLEST_ALPHA) * std::sqrt(-std::log1p(-u.y));
+    return tilted(N, T, std::atan(tan), drawn_azimuth(u.x));
+}
+inline double lobe_pdf_Beckmann(Vec3 N, Vec3 V, Vec3 L, double alpha) {
+    return mirrored_density(N, V, L, [&](Vec3 H) { return lobe_D_Beckmann(N, H, alpha) * N.dot(H); });
+}
+
 LOBE_MODEL(beckmann, LOBE_FUNCTION(double, lobe_D_Beckmann, (double NdotH, double alpha)),
            LOBE_FUNCTION(double, lobe_D_Beckmann, (Vec3 N, Vec3 H, double alpha)),
            LOBE_FUNCTION(double, lobe_D_Beckmann_aniso,
@@ -98,6 +108,8 @@ LOBE_MODEL(beckmann, LOBE_FUNCTION(double, lobe_D_Beckmann, (double NdotH, doubl
            LOBE_FUNCTION(double, lobe_G2_Beckmann, (double NdotV, double NdotL, double alpha)),
            LOBE_FUNCTION(double, lobe_V_Beckmann, (double NdotV, double NdotL, double alpha)),
            LOBE_FUNCTION(Vec3, lobe_Beckmann, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)),
-           LOBE_FUNCTION(Vec3, lobe_CookTorrance, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)))
+           LOBE_FUNCTION(Vec3, lobe_CookTorrance, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)),
+           LOBE_FUNCTION(Vec3, lobe_sample_Beckmann, (Vec3 N, Vec3 T, double alpha, Vec2 u)),
+           LOBE_FUNCTION(double, lobe_pdf_Beckmann, (Vec3 N, Vec3 V, Vec3 L, double alpha)))
 
 }  // namespace lobe

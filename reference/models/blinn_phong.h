@@ -74,6 +74,39 @@ inline double lobe_pow_Gaussian(double s, double exponent) {
     return std::exp(std::max(exponent, 0.0) * (clamp_cosine(s) - 1));
 }
 
+// What is drawn about N by the angles theta and phi, carried to the axis by the half turn about M = N + axis; about T,
+// where the axis is -N. The turn takes N to the axis and t across N to M 2 (M.t)/|M|^2 - t. With c = N.axis, what M has
+// along N is 1 + c = |N x axis|^2/(1 - c).
+inline Vec3 carried(Vec3 N, Vec3 T, Vec3 axis, double theta, double phi) {
+    const Vec3 across = N.cross(axis), t = turned(N, T, phi);
+    const double c = N.dot(axis), along = c >= 0 ? 1 + c : across.length2() / (1 - c);
+    const Vec3 sum = across.cross(N) + N * along, M = sum == Vec3(0) ? T : sum;
+    return axis * std::cos(theta) + (M * (2 * M.dot(t) / M.length2()) - t) * std::sin(theta);
+}
+
+// The density of what drawn_angle_of_power draws: (e + 1)/(2 pi) cos^e up to a right angle, nothing beyond.
+inline double drawn_power(Vec3 axis, Vec3 L, double exponent) {
+    const double e = std::max(exponent, 0.0);
+    return axis.dot(L) > 0 ? (e + 1) / (2 * std::numbers::pi) * power_cosine(axis, L, e) : 0;
+}
+
+// Draws about the mirror direction of V, cos^e about it; L may lie below the surface.
+inline Vec3 lobe_sample_Phong(Vec3 N, Vec3 T, Vec3 V, double exponent, Vec2 u) {
+    const double theta = drawn_angle_of_power(u.y, std::max(exponent, 0.0));
+    return carried(N, T, lobe_reflect(N, V), theta, drawn_azimuth(u.x));
+}
+inline double lobe_pdf_Phong(Vec3 N, Vec3 V, Vec3 L, double exponent) {
+    return N.dot(V) > 0 ? drawn_power(lobe_reflect(N, V), L, exponent) : 0;
+}
+
+// Draws the half vector from D cos, whose exponent is one larger than D's (Walter et al. 2007, eq. 31).
+inline Vec3 lobe_sample_BlinnPhong(Vec3 N, Vec3 T, double exponent, Vec2 u) {
+    return tilted(N, T, drawn_angle_of_power(u.y, std::max(exponent, 0.0) + 1), drawn_azimuth(u.x));
+}
+inline double lobe_pdf_BlinnPhong(Vec3 N, Vec3 V, Vec3 L, double exponent) {
+    return mirrored_density(N, V, L, [&](Vec3 H) { return lobe_D_BlinnPhong(N, H, exponent) * N.dot(H); });
+}
+
 LOBE_MODEL(blinn_phong, LOBE_FUNCTION(double, lobe_inv_pow1p, (double x, double exponent)),
            LOBE_FUNCTION(double, lobe_D_BlinnPhong, (double NdotH, double exponent)),
            LOBE_FUNCTION(double, lobe_D_BlinnPhong, (Vec3 N, Vec3 H, double exponent)),
@@ -83,6 +116,10 @@ LOBE_MODEL(blinn_phong, LOBE_FUNCTION(double, lobe_inv_pow1p, (double x, double 
            LOBE_FUNCTION(double, lobe_exponent, (double alpha)),
            LOBE_FUNCTION(double, lobe_alpha_Phong, (double exponent)),
            LOBE_FUNCTION(double, lobe_exponent_Blinn, (double exponent)),
-           LOBE_FUNCTION(double, lobe_pow_Gaussian, (double s, double exponent)))
+           LOBE_FUNCTION(double, lobe_pow_Gaussian, (double s, double exponent)),
+           LOBE_FUNCTION(Vec3, lobe_sample_Phong, (Vec3 N, Vec3 T, Vec3 V, double exponent, Vec2 u)),
+           LOBE_FUNCTION(double, lobe_pdf_Phong, (Vec3 N, Vec3 V, Vec3 L, double exponent)),
+           LOBE_FUNCTION(Vec3, lobe_sample_BlinnPhong, (Vec3 N, Vec3 T, double exponent, Vec2 u)),
+           LOBE_FUNCTION(double, lobe_pdf_BlinnPhong, (Vec3 N, Vec3 V, Vec3 L, double exponent)))
 
 }  // namespace lobe

@@ -151,17 +151,30 @@ inline double lobe_pdf_GGX(Vec3 N, Vec3 V, Vec3 L, double alpha) {
     return lobe_D_GGX(N, H, width) * lobe_G1_GGX(NdotV, width) / (4 * NdotV);
 }
 
+// The same for two widths: G1 = 1/(1 + Lambda) with the width projected onto the plane of incidence.
+inline double lobe_pdf_GGX_aniso(Vec3 N, Vec3 T, Vec3 V, Vec3 L, double alphaX, double alphaY) {
+    const double NdotV = N.dot(V), ax = std::max(alphaX, SMALLEST_ALPHA), ay = std::max(alphaY, SMALLEST_ALPHA);
+    if (!(NdotV > 0 && N.dot(lobe_H(V, L)) > 0)) return 0;
+    const Vec3 B = N.cross(T), H = lobe_H(V, L).normalized();
+    const double G1 = 2 / (1 + ggx_twice_lambda_plus_1(NdotV, T.dot(V), B.dot(V), ax, ay));
+    return lobe_D_GGX_aniso(N.dot(H), T.dot(H), B.dot(H), ax, ay) * G1 / (4 * NdotV);
+}
+
 // The facet's normal H that V sees, for a point u of the unit square. Dupuy, Benyoub 2023: stretched by alpha, GGX's
 // facets are a hemisphere; light that mirrors at it towards V comes uniformly from the cap z > -V.z of directions, and
 // the normal is halfway. V.z and the cap's z are kept as heights over the lowest ones, -1 and -V.z, for which no
 // difference of near numbers is formed.
-inline Vec3 lobe_sample_GGX(Vec3 N, Vec3 T, Vec3 V, double alpha, Vec2 u) {
-    const double width = std::max(alpha, SMALLEST_ALPHA), phi = 2 * std::numbers::pi * u.x;
-    const Vec3 B = N.cross(T), v = Vec3(width * T.dot(V), width * B.dot(V), N.dot(V)).normalized();
+inline Vec3 lobe_sample_GGX_aniso(Vec3 N, Vec3 T, Vec3 V, double alphaX, double alphaY, Vec2 u) {
+    const double ax = std::max(alphaX, SMALLEST_ALPHA), ay = std::max(alphaY, SMALLEST_ALPHA);
+    const double phi = drawn_azimuth(u.x);
+    const Vec3 B = N.cross(T), v = Vec3(ax * T.dot(V), ay * B.dot(V), N.dot(V)).normalized();
     const double below_top = u.y * (1 + v.z), above_bottom = (1 - u.y) * (1 + v.z);  // 1 - z, z + v.z
     const double sin = std::sqrt(std::max(0.0, below_top * (2 - below_top)));
-    const Vec3 h(width * (sin * std::cos(phi) + v.x), width * (sin * std::sin(phi) + v.y), std::max(0.0, above_bottom));
+    const Vec3 h(ax * (sin * std::cos(phi) + v.x), ay * (sin * std::sin(phi) + v.y), std::max(0.0, above_bottom));
     return h == Vec3(0) ? N : (T * h.x + B * h.y + N * h.z).normalized();
+}
+inline Vec3 lobe_sample_GGX(Vec3 N, Vec3 T, Vec3 V, double alpha, Vec2 u) {
+    return lobe_sample_GGX_aniso(N, T, V, alpha, alpha, u);
 }
 
 LOBE_MODEL(ggx, LOBE_FUNCTION(double, lobe_D_GGX_aniso,
@@ -175,6 +188,8 @@ LOBE_MODEL(ggx, LOBE_FUNCTION(double, lobe_D_GGX_aniso,
            LOBE_FUNCTION(Vec3, lobe_GGX_aniso,
                          (Vec3 N, Vec3 T, Vec3 V, Vec3 L, Vec3 f0, double alphaX, double alphaY)),
            LOBE_FUNCTION(Vec3, lobe_GGX_conductor, (Vec3 N, Vec3 V, Vec3 L, Vec3 eta, Vec3 k, double alpha)),
+           LOBE_FUNCTION(double, lobe_pdf_GGX_aniso, (Vec3 N, Vec3 T, Vec3 V, Vec3 L, double alphaX, double alphaY)),
+           LOBE_FUNCTION(Vec3, lobe_sample_GGX_aniso, (Vec3 N, Vec3 T, Vec3 V, double alphaX, double alphaY, Vec2 u)),
            LOBE_FUNCTION(double, lobe_pdf_GGX, (Vec3 N, Vec3 V, Vec3 L, double alpha)),
            LOBE_FUNCTION(Vec3, lobe_sample_GGX, (Vec3 N, Vec3 T, Vec3 V, double alpha, Vec2 u)),
            LOBE_FUNCTION(double, lobe_D_GGX, (double NdotH, double alpha)),

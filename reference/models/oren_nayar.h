@@ -121,6 +121,65 @@ inline Vec3 lobe_albedo_EON_fast(double NdotV, Vec3 albedo, double roughness) {
     return lobe_albedo_EON(NdotV, albedo, roughness);
 }
 
+// How EON is drawn (the paper's listings 2 and 3): of a linearly transformed cosine, cut at the horizon of L before it
+// is transformed, and of the uniform hemisphere. The frame has V over its X axis.
+struct ClippedCosine {
+    ClippedCosine(Vec3 N, Vec3 T, Vec3 V, double roughness) : z(N) {
+        const Vec3 along = N.cross(V).cross(N);
+        x = along == Vec3(0) ? T : along.normalized();
+        y = z.cross(x);
+        const double r = std::clamp(roughness, 0.0, 1.0), mu = clamp_cosine(N.dot(V)), mu2 = mu * mu;
+        a = 1 + 0.303392 * r - 0.518982 * r * mu + 0.111709 * r * mu2 - 0.276266 * r * r + 0.335918 * r * r * mu;
+        b = (1.16407 - 1.15859 * mu - 0.150815 * r + 0.150105 * r * mu) * r / (1.43545 - mu2 * mu);
+        c = 1 + 0.20013 * r - 0.506373 * r * mu + 0.261777 * r * mu2;
+        d = (1.01625 * mu - 0.475392 * mu2 - 0.540852) * r / (1.0743 - 0.0725628 * mu - mu2);
+        uniform = std::pow(r, 0.1) * (0.162925 - 0.372058 * mu + 0.538233 * mu2 - 0.290822 * mu2 * mu);
+        // L is above the surface where w.z > -d w.x. Seen from above, that is half a disc and half an ellipse, as which
+        // the cut's circle, tilted by 90 degrees less atan(d), appears.
+        kept = (1 + std::cos(std::atan(d))) / 2;
+    }
+
+    Vec3 transformed(Vec3 w) const { return x * (a * w.x + b * w.z) + y * (c * w.y) + z * (d * w.x + w.z); }
+
+    // The solution of transformed(w) = L, by Cramer's rule.
+    Vec3 restored(Vec3 L) const {
+        const double lx = L.dot(x), lz = L.dot(z), det = a - b * d;
+        return {(lx - b * lz) / det, L.dot(y) / c, (a * lz - d * lx) / det};
+    }
+
+    // cos/pi over the kept part, and the solid angle that a linear map gives: det / |w|^3 of the inverse.
+    double density(Vec3 L) const {
+        const Vec3 w = restored(L);
+        const double length = w.length();
+        return std::max(0.0, w.z / length) / (std::numbers::pi * kept) / (c * (a - b * d) * length * length * length);
+    }
+
+    Vec3 x, y, z;
+    double a, b, c, d, uniform, kept;
+};
+
+inline double lobe_pdf_EON(Vec3 N, Vec3 T, Vec3 V, Vec3 L, double roughness) {
+    if (!(N.dot(V) > 0 && N.dot(L) > 0)) return 0;
+    const ClippedCosine lobe(N, T, V, roughness);
+    return lobe.uniform / (2 * std::numbers::pi) + (1 - lobe.uniform) * lobe.density(L);
+}
+
+// The first number chooses, and what is left of it is the radius in the disc of cosines; a point of the disc moves
+// along its chord y = const into the kept part.
+inline Vec3 lobe_sample_EON(Vec3 N, Vec3 T, Vec3 V, double roughness, Vec2 u) {
+    const ClippedCosine lobe(N, T, V, roughness);
+    const double phi = drawn_azimuth(u.y);
+    if (u.x < lobe.uniform) {
+        const double cos = u.x / lobe.uniform, sin = std::sqrt((1 - cos) * (1 + cos));
+        return N * cos + turned(N, lobe.x, phi) * sin;
+    }
+    const double radius = std::sqrt((u.x - lobe.uniform) / (1 - lobe.uniform));
+    const double px = radius * std::cos(phi), py = radius * std::sin(phi), chord = std::sqrt((1 - py) * (1 + py));
+    const double moved = -std::lerp(chord, px, lobe.kept);  // from -chord to chord (2 kept - 1)
+    const double height = std::sqrt(std::max(0.0, (chord - moved) * (chord + moved)));
+    return lobe.transformed({moved, py, height}).normalized();
+}
+
 LOBE_MODEL(oren_nayar,
            LOBE_FUNCTION(Vec3, lobe_OrenNayar_qualitative, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma)),
            LOBE_FUNCTION(Vec3, lobe_OrenNayar, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double sigma)),
@@ -128,6 +187,8 @@ LOBE_MODEL(oren_nayar,
            LOBE_FUNCTION(Vec3, lobe_OrenNayar_EON, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness)),
            LOBE_FUNCTION(Vec3, lobe_OrenNayar_EON_fast, (Vec3 N, Vec3 V, Vec3 L, Vec3 albedo, double roughness)),
            LOBE_FUNCTION(Vec3, lobe_albedo_EON, (double NdotV, Vec3 albedo, double roughness)),
-           LOBE_FUNCTION(Vec3, lobe_albedo_EON_fast, (double NdotV, Vec3 albedo, double roughness)))
+           LOBE_FUNCTION(Vec3, lobe_albedo_EON_fast, (double NdotV, Vec3 albedo, double roughness)),
+           LOBE_FUNCTION(double, lobe_pdf_EON, (Vec3 N, Vec3 T, Vec3 V, Vec3 L, double roughness)),
+           LOBE_FUNCTION(Vec3, lobe_sample_EON, (Vec3 N, Vec3 T, Vec3 V, double roughness, Vec2 u)))
 
 }  // namespace lobe
