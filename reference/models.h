@@ -6,6 +6,7 @@
 #include "models/core.h"
 #include "models/energy.h"
 #include "models/fresnel.h"
+#include "models/gaussian.h"
 #include "models/ggx.h"
 #include "models/lambert.h"
 #include "models/masking.h"
