@@ -12,3 +12,4 @@
 #include "models/masking.h"
 #include "models/oren_nayar.h"
 #include "models/schlick.h"
+#include "models/ward.h"
