@@ -1,6 +1,7 @@
 // The registry of models: one line each. A file's own LOBE_MODEL enters its functions.
 #pragma once
 
+#include "models/ashikhmin_shirley.h"
 #include "models/beckmann.h"
 #include "models/blinn_phong.h"
 #include "models/core.h"
