@@ -9,6 +9,7 @@
 #include "models/fresnel.h"
 #include "models/gaussian.h"
 #include "models/ggx.h"
+#include "models/lafortune.h"
 #include "models/lambert.h"
 #include "models/masking.h"
 #include "models/oren_nayar.h"
