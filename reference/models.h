@@ -3,6 +3,7 @@
 
 #include "models/ashikhmin_shirley.h"
 #include "models/beckmann.h"
+#include "models/blend.h"
 #include "models/blinn_phong.h"
 #include "models/core.h"
 #include "models/energy.h"
