@@ -77,8 +77,17 @@ def uniform(rng):
     return min(cosine(rng), 1 - 2.0**-24)
 
 
-KINDS = {"eta": eta, "eta0": eta, "k": k, "alpha": alpha, "alphaX": alpha, "alphaY": alpha, "sigma": sigma,
-         "exponent": exponent, "u": uniform, "dNdx": slope, "dNdy": slope}
+def coefficient(rng):
+    """A component of what scales V into the axis of a generalised cosine lobe, or of a direction."""
+    size = 0.0 if rng.random() < 0.05 else rng.choice((rng.uniform(0, 1.2), log_uniform(rng, 1e-6, 1)))
+    return rng.choice((-1, 1)) * size
+
+
+ALPHAS, EXPONENTS = ("alpha", "alphaX", "alphaY", "alphas"), ("exponent", "nu", "nv", "h")
+KINDS = {"eta": eta, "eta0": eta, "k": k, "sigma": sigma, "u": uniform, "dNdx": slope, "dNdy": slope,
+         **dict.fromkeys(ALPHAS, alpha), **dict.fromkeys((*EXPONENTS, "exponent1", "exponent2", "exponent3"), exponent),
+         **{f"C{axis}{lobe}": coefficient for axis in ("", *"xyz") for lobe in ("", *"123")},
+         "lLocal": coefficient, "vLocal": coefficient}
 
 
 def scalar(rng, name):
@@ -89,9 +98,8 @@ def scalar(rng, name):
 
 def width(values):
     """About the angle that the lobe spans."""
-    alphas = [values[name] for name in ("alpha", "alphaX", "alphaY") if name in values]
-    if "exponent" in values:
-        alphas.append(math.sqrt(2 / (values["exponent"] + 2)))
+    alphas = [np.min(values[name]) for name in ALPHAS if name in values]
+    alphas += [math.sqrt(2 / (np.max(values[name]) + 2)) for name in EXPONENTS if name in values]
     return max(min(alphas, default=0.5), 1e-4)
 
 
