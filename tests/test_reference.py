@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from lobe import reference
-from scipy import stats
+from lobe.lab import catalogue
 
 from oracle import ORACLE, F82_unclamped, Lambda_Beckmann, Lambda_GGX, albedo_GGX, mp, mpf
 from oracle_classic import CLASSIC
@@ -437,16 +437,25 @@ def facets(x, phi, alphaX, alphaY):
     return H, alphaX * alphaY * np.tan(x) / np.cos(x) ** 2 * H[:, 2] ** 3
 
 
-def shape(alphaX, alphaY):
+def shape(key, alphaX, alphaY):
     """A distribution's parameters, by whichever name it has them."""
-    return {"alpha": alphaX, "alphaX": alphaX, "alphaY": alphaY, "exponent": max(2 / alphaX**2 - 2, 0)}
+    exponents = [max(2 / alpha**2 - 2, 0) for alpha in (alphaX, alphaY)]
+    of_lists = {p: np.linspace(1, 2, place.stop - place.start) for p, place in slices(FUNCTIONS[key])}
+    return {"alpha": alphaX, "alphaX": alphaX, "alphaY": alphaY, "alphas": alphaX * of_lists.get("alphas", 1),
+            "exponent": exponents[0], "h": exponents[0] + 1, "nu": exponents[0], "nv": exponents[1],
+            "weight": 0.3, "weights": of_lists.get("weights")}
+
+
+# A kink or a long tail, which these nodes do not resolve: the C++ tests integrate them.
+UNRESOLVED = ("lobe_D_Schlick", "lobe_D_SchlickPower")
+NORMALISED = {f.name for f in catalogue.load().functions if f.normalised == "yes"}.difference(UNRESOLVED)
 
 
 ALPHAS = [0.01, 0.05, 0.2, 0.5, 1, 4]
 
 
 @pytest.mark.parametrize("key, alphaX, alphaY", [
-    (key, *alphas) for key, f in FUNCTIONS.items() if f.name.startswith("lobe_D_")
+    (key, *alphas) for key, f in FUNCTIONS.items() if f.name in NORMALISED
     for alphas in [(a, a) for a in ALPHAS] + ([(0.05, 0.5), (1, 0.02), (0.5, 4)] if "aniso" in f.name else [])])
 def test_D_has_the_projected_area_of_the_surface(key, alphaX, alphaY):
     x, w_x = gauss(0, math.pi / 2)
@@ -454,14 +463,15 @@ def test_D_has_the_projected_area_of_the_surface(key, alphaX, alphaY):
     x, phi = (a.ravel() for a in np.meshgrid(x, phi, indexing="ij"))
     H, solid_angle = facets(x, phi, alphaX, alphaY)
     cosines = dict(zip(("TdotH", "BdotH", "NdotH"), H.T))
-    D = evaluate(key, pack(key, N=(0, 0, 1), H=3 * H, **cosines, **shape(alphaX, alphaY)))[:, 0]
+    D = evaluate(key, pack(key, N=(0, 0, 1), H=3 * H, **cosines, **shape(key, alphaX, alphaY)))[:, 0]
     area = (D * H[:, 2] * solid_angle) @ np.repeat(w_x, 16) * math.pi / 8
     assert area == pytest.approx(1, rel=1e-5)
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 85])
 @pytest.mark.parametrize("alpha", ALPHAS)
-@pytest.mark.parametrize("key", [key for key, f in FUNCTIONS.items() if f.name.startswith("lobe_G1_")])
+@pytest.mark.parametrize("key", [key for key, f in FUNCTIONS.items() if f.name.startswith("lobe_G1_")
+                                 and "alpha" in dict(slices(f))])
 def test_weak_white_furnace(key, alpha, degrees):
     """G1 lets the visible facets fill the projected area: G1 int D max(V.H, 0) dH = N.V (Heitz 2014)."""
     D = f"lobe_D_{FUNCTIONS[key].name.split('_')[2]}(float,float)"
@@ -473,9 +483,9 @@ def test_weak_white_furnace(key, alpha, degrees):
         theta, weight = graded(low, high)
         a, b = c * np.cos(theta), s * np.sin(theta)
         facing = np.arccos(np.clip(-a / np.maximum(b, 1e-300), -1, 1))  # the azimuth at which V.H = a + b cos(phi) ends
-        densities = evaluate(D, pack(D, NdotH=np.cos(theta), **shape(alpha, alpha)))[:, 0]
+        densities = evaluate(D, pack(D, NdotH=np.cos(theta), **shape(D, alpha, alpha)))[:, 0]
         visible += (densities * 2 * (a * facing + b * np.sin(facing)) * np.sin(theta)) @ weight
-    G1 = evaluate(key, pack(key, NdotX=c, **shape(alpha, alpha)))[0, 0]
+    G1 = evaluate(key, pack(key, NdotX=c, **shape(key, alpha, alpha)))[0, 0]
     assert G1 * visible / c == pytest.approx(1, rel=3.2e-3 if "fast" in key else 1e-5)
 
 
@@ -601,71 +611,3 @@ def test_later_bounces_fill_the_white_furnace(degrees, alpha):
     F_average, E_average = 0.5 + 0.5 / 21, value(E_AVERAGE, alpha)
     assert later(0.5) / later(1) == pytest.approx(
         F_average**2 * E_average / (1 - F_average * (1 - E_average)), rel=1e-9)
-
-
-# Sampling
-
-SAMPLE, PDF = "lobe_sample_GGX(vec3,vec3,vec3,float,vec2)", "lobe_pdf_GGX(vec3,vec3,vec3,float)"
-SIGNIFICANCE = 0.01
-SAMPLED = [(alpha, degrees) for alpha in (0.02, 0.1, 0.5, 1) for degrees in (0, 45, 80, 89)]
-# T, B, N of the surface, an arbitrary rotation
-T_B_N = np.linalg.qr([[0.3, -0.5, 0.8], [0.9, 0.2, -0.1], [0.1, 0.7, 0.6]])[0]
-T_B_N[1] = np.cross(T_B_N[2], T_B_N[0])
-SUBDIVISION = 6  # nodes per bin and axis
-
-
-def expected_shares(alpha, V, bins):
-    """The share of samples in each bin of facets(), by quadrature of the pdf, and that of L above the horizon."""
-    def nodes(high, count):
-        x, w = gauss(0, high / count, SUBDIVISION)
-        return (np.arange(count)[:, None] * high / count + x).ravel(), np.tile(w, count)
-
-    (x, w_x), (phi, w_phi) = nodes(math.pi / 2, bins[0]), nodes(2 * math.pi, bins[1])
-    x, phi = (a.ravel() for a in np.meshgrid(x, phi, indexing="ij"))
-    H, solid_angle = facets(x, phi, alpha, alpha)
-    VdotH = H @ V
-    L = 2 * VdotH[:, None] * H - V
-    pdf = evaluate(PDF, pack(PDF, N=T_B_N[2], V=V @ T_B_N, L=L @ T_B_N, alpha=alpha))[:, 0]
-    share = np.where(VdotH > 0, pdf * 4 * VdotH * solid_angle, 0) * np.outer(w_x, w_phi).ravel()
-    in_bins = share.reshape(bins[0], SUBDIVISION, bins[1], SUBDIVISION).sum((1, 3)).ravel()
-    return in_bins, share[L[:, 2] > 0].sum()
-
-
-def check_sampling(alpha, degrees, count, bins):
-    tilt = math.radians(degrees)
-    V = np.array([math.sin(tilt) * math.cos(0.4), math.sin(tilt) * math.sin(0.4), math.cos(tilt)])
-    u = np.random.default_rng(SEED).random((count, 2))
-    H = evaluate(SAMPLE, pack(SAMPLE, N=T_B_N[2], T=T_B_N[0], V=V @ T_B_N, alpha=alpha, u=u)) @ T_B_N.T
-    assert np.linalg.norm(H, axis=1) == pytest.approx(1, rel=1e-13)
-    assert (H[:, 2] >= -1e-15).all() and (H @ V >= -1e-12).all()  # every normal is visible
-
-    x = np.arctan2(np.hypot(H[:, 0], H[:, 1]), alpha * H[:, 2])
-    phi = np.arctan2(H[:, 1], H[:, 0]) % (2 * math.pi)
-    observed = np.histogram2d(x, phi, bins, [(0, math.pi / 2), (0, 2 * math.pi)])[0].ravel()
-    shares, above = expected_shares(alpha, V, bins)
-    assert shares.sum() == pytest.approx(1, abs=1e-3)
-    L_above = (2 * (H @ V) * H[:, 2] > V[2]).mean()
-    noise = 4 * math.sqrt(max(above * (1 - above), 0) / count)
-    assert L_above == pytest.approx(above, abs=4e-3 + noise)  # 4e-3: the quadrature meets the edge of the horizon
-
-    expected = shares * count / shares.sum()
-    rare = expected < 5
-    pool = lambda counts: np.append(counts[~rare], counts[rare].sum())
-    observed, expected = pool(observed), pool(expected)
-    if expected[-1] < 5:
-        observed, expected = observed[:-1], expected[:-1]
-    chi2 = ((observed - expected) ** 2 / expected).sum()
-    p = stats.chi2.sf(chi2, len(expected) - 1)
-    # Sidak: the significance holds for all directions together
-    assert p > 1 - (1 - SIGNIFICANCE) ** (1 / len(SAMPLED)), f"chi2 {chi2:.1f} of {len(expected)} bins, seed {SEED}"
-
-
-@pytest.mark.parametrize("alpha, degrees", SAMPLED)
-def test_sampled_normals_follow_the_pdf(alpha, degrees):
-    check_sampling(alpha, degrees, 100_000, (16, 32))
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("alpha, degrees", SAMPLED)
-def test_a_million_sampled_normals_follow_the_pdf(alpha, degrees):
-    check_sampling(alpha, degrees, 1_000_000, (48, 96))
