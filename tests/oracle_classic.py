@@ -365,7 +365,7 @@ def sample_Lafortune(N, T, V, C, exponent, u):
 def cosine_lobe(a, l, exponent):
     e = max(mpf(exponent), mpf(0))
     c = dot(a, l)
-    return (e + 1) / (2 * mp.pi) * power(c, e) if c > 0 else mpf(0)
+    return (e + 1) / (2 * mp.pi) * power(c, e) if c > NOISE else mpf(0)
 
 
 def pdf_Lafortune(N, T, V, L, C, exponent):
