@@ -155,4 +155,33 @@ vec3 lobe_CookTorrance(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
     return DV * lobe_F_Schlick(LdotH, clamp(f0, 0.0, 1.0));
 }
 
+// Half vector of Beckmann facets at random: a unit H. The light comes from lobe_reflect(H, V).
+//   H = normalize(alpha sqrt(-ln(1 - u.y)) (cos(phi) T + sin(phi) B) + N),   phi = 2 pi u.x
+// param  alpha  float  1e-4..4  0.25  microfacet width
+// param  u      vec2   0..0.9999999  0.5  uniform random numbers
+// units   64, the driver's sin and cos
+// source  Walter et al. 2007, eq. 28
+// Why this form: ln(1 - u) is -2 artanh(u / (2 - u)), which keeps its digits at small u.
+vec3 lobe_sample_Beckmann(vec3 N, vec3 T, float alpha, vec2 u) {
+    vec2 r = clamp(u, 0.0, 0.9999999);
+    float z = r.y / (2.0 - r.y), z2 = z * z, phi = 6.28318531 * r.x;
+    float series = z * (2.0 + z2 * (0.666666667 + z2 * (0.4 + z2 * 0.285714286)));
+    float slope = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX) * sqrt(r.y < 0.25 ? series : -log(1.0 - r.y));
+    vec3 H = slope * (cos(phi) * T + sin(phi) * cross(N, T)) + N;
+    return H / max(length(H), LOBE_SMALLEST_DIVISOR);
+}
+
+// Density of lobe_reflect(H, V) for H = lobe_sample_Beckmann(...), over the solid angle of L. For lobe_CookTorrance, too.
+//   pdf = D N.H / (4 V.H),   H of unit length                                      [1/sr]
+// param  alpha  float  1e-4..4  0.25  microfacet width
+// units   16, exp, and the lengths of N, V and L as in lobe_GGX
+// source  Walter et al. 2007, eq. 14, 24
+// 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+float lobe_pdf_Beckmann(vec3 N, vec3 V, vec3 L, float alpha) {
+    vec3 H = lobe_H(V, L);
+    float NdotV = dot(N, V), NH = dot(N, H);
+    if (min(NdotV, NH) <= 0.0) return 0.0;
+    return 0.5 * lobe_D_Beckmann(N, H, alpha) * (NH / max(dot(H, H), 1e-26));
+}
+
 #endif

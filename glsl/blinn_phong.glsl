@@ -149,4 +149,69 @@ vec3 lobe_BlinnPhong(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {
     return clamp(rs, 0.0, 1.0) * (D * 0.25 * (e + 4.0) / (exp2(-0.5 * e) + e));
 }
 
+// Light direction of Phong's highlight at random: a unit L.
+//   L = l turned so that N comes to R, by half a turn about N + R;   R the mirror direction of V
+//   l = sin(t) (cos(phi) T + sin(phi) B) + cos(t) N,   cos(t) = (1 - u.y)^(1 / (exponent + 1)), phi = 2 pi u.x
+// param  exponent  float  1..1e6  50.0  exponent of the cosine about the mirror direction
+// param  u         vec2   0..0.9999999  0.5  uniform random numbers
+// units   64, the driver's sin and cos
+// source  Lafortune, Willems 1994
+// Why this form: with y = -ln(1 - u.y) / (exponent + 1) it is cos(t) = exp(-y) and sin(t)^2 = 1 - exp(-2 y), each from its
+// series where y is small, since neither ln(1 - u) nor 1 - cos(t)^2 has digits there. With M = N + R, L = 2 M.l / |M|^2 M - l
+// has N.L = R.l.
+vec3 lobe_sample_Phong(vec3 N, vec3 T, vec3 V, float exponent, vec2 u) {
+    vec2 r = clamp(u, 0.0, 0.9999999);
+    float z = r.y / (2.0 - r.y), z2 = z * z, phi = 6.28318531 * r.x;
+    float series = z * (2.0 + z2 * (0.666666667 + z2 * (0.4 + z2 * 0.285714286)));
+    float y = (r.y < 0.25 ? series : -log(1.0 - r.y)) / (clamp(exponent, 0.0, LOBE_EXPONENT_MAX) + 1.0), x = 2.0 * y;
+    float c = exp(-y);
+    float s2 = x < 0.25 ? x * (1.0 - x * (0.5 - x * (0.166666667 - x * (0.0416666667 - x * (0.00833333333
+               - x * 0.00138888889))))) : (1.0 - c) * (1.0 + c);
+    vec2 l = sqrt(s2) * vec2(cos(phi), sin(phi));
+    vec3 B = cross(N, T), X = cross(N, V);
+    float NdotV = dot(N, V), side = dot(T, X) * l.y - dot(B, X) * l.x;
+    float k = c + side / max(1.0 + NdotV, LOBE_SMALLEST_DIVISOR);
+    return k * (NdotV * N - V) - l.x * T - l.y * B + (NdotV * c + side) * N;
+}
+
+// Density of lobe_sample_Phong, over the solid angle of L, which may be anywhere on the sphere.
+//   pdf = (exponent + 1) / (2 pi) max(0, R.L)^exponent,   R the mirror direction of V        [1/sr]
+// param  exponent  float  1..1e6  50.0  exponent of the cosine about the mirror direction
+// units   16, exp and log
+// source  Lafortune, Willems 1994
+// 0 where V is below the horizon.
+// Why this form: the tangent between R and L has digits in the highlight and knows no lengths.
+float lobe_pdf_Phong(vec3 N, vec3 V, vec3 L, float exponent) {
+    float NdotV = dot(N, V);
+    vec3 R = 2.0 * NdotV * N - V, X = cross(R, L);
+    float RL = dot(R, L);
+    if (min(NdotV, RL) <= 0.0) return 0.0;
+    float e = clamp(exponent, 0.0, LOBE_EXPONENT_MAX), tan2 = dot(X, X) / max(RL * RL, LOBE_SMALLEST_DIVISOR);
+    return 0.5 * LOBE_INV_PI * (e + 1.0) * lobe_inv_pow1p(tan2, 0.5 * e);
+}
+
+// Half vector of Blinn-Phong facets at random: a unit H. The light comes from lobe_reflect(H, V).
+//   H = sin(t) (cos(phi) T + sin(phi) B) + cos(t) N,   cos(t) = (1 - u.y)^(1 / (exponent + 2)), phi = 2 pi u.x
+// param  exponent  float  1..1e6  50.0  exponent of the cosine between N and H
+// param  u         vec2   0..0.9999999  0.5  uniform random numbers
+// units   64, the driver's sin and cos
+// source  Walter et al. 2007, eq. 31
+// Why this form: it is Phong's lobe of one more exponent, seen along N, whose azimuth 0 lies at -T.
+vec3 lobe_sample_BlinnPhong(vec3 N, vec3 T, float exponent, vec2 u) {
+    return lobe_sample_Phong(N, -T, N, max(exponent, 0.0) + 1.0, u);
+}
+
+// Density of lobe_reflect(H, V) for H = lobe_sample_BlinnPhong(...), over the solid angle of L.
+//   pdf = D N.H / (4 V.H),   H of unit length                                      [1/sr]
+// param  exponent  float  1..1e6  50.0  exponent of the cosine between N and H
+// units   16, exp and log, and the lengths of N, V and L as in lobe_GGX
+// source  Walter et al. 2007, eq. 14, 24
+// 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+float lobe_pdf_BlinnPhong(vec3 N, vec3 V, vec3 L, float exponent) {
+    vec3 H = lobe_H(V, L);
+    float NdotV = dot(N, V), NH = dot(N, H);
+    if (min(NdotV, NH) <= 0.0) return 0.0;
+    return 0.5 * lobe_D_BlinnPhong(N, H, exponent) * (NH / max(dot(H, H), 1e-26));
+}
+
 #endif

@@ -338,4 +338,55 @@ float lobe_pdf_GGX(vec3 N, vec3 V, vec3 L, float alpha) {
     return 0.5 * lobe_D_GGX(N, H, a) / max(c + g, LOBE_SMALLEST_DIVISOR);
 }
 
+// Visible GGX facet normal for V with a width along each tangent, at random: a unit H. The light comes from lobe_reflect(H, V).
+//   H = normalize(alphaX h.x, alphaY h.y, h.z), h = c + v, in the frame T, N x T, N
+//   v = normalize(alphaX V.x, alphaY V.y, V.z), c uniform on the cap c.z > -v.z of the unit sphere
+// param  alphaX  float  1e-4..1  0.25  microfacet width along T
+// param  alphaY  float  1e-4..1  0.25  microfacet width along B = N x T
+// param  u       vec2   0..0.9999999  0.5  uniform random numbers
+// units   64, what rounding and the driver's sin and cos leave is magnified as in lobe_sample_GGX
+// source  Dupuy, Benyoub 2023
+// Why this form: as in lobe_sample_GGX; V.x and V.y as T.H and B.H in lobe_GGX_aniso.
+vec3 lobe_sample_GGX_aniso(vec3 N, vec3 T, vec3 V, float alphaX, float alphaY, vec2 u) {
+    vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
+    vec3 B = cross(N, T), X = cross(N, V);
+    vec2 tangent = a * vec2(dot(B, X), -dot(T, X));  // of V, stretched
+    float NdotV = dot(N, V);
+    float scale = 1.0 / max(length(vec3(tangent, NdotV)), LOBE_SMALLEST_DIVISOR);
+    float vz = scale * NdotV;
+    tangent *= scale;
+    float larger = 1.0 + abs(vz), smaller = dot(tangent, tangent) / larger;
+    float plus = vz > 0.0 ? larger : smaller, minus = vz > 0.0 ? smaller : larger;  // 1 + v.z and 1 - v.z
+    vec2 r = clamp(u, 0.0, 1.0);
+    float hz = (1.0 - r.y) * plus;
+    float phi = 6.28318531 * r.x;
+    vec2 around = sqrt(r.y * plus * (hz + minus)) * vec2(cos(phi), sin(phi));
+    vec2 h = around + tangent, across = around - tangent;
+    float lengths = clamp(dot(h, across) + hz * (hz - 2.0 * vz), -1.0, 1.0);  // what unequal ones put into h
+    h -= lengths / max(max(dot(across, across), dot(h, h)), max(hz, 1e-15)) * across;
+    h *= a;
+    vec3 H = h.x * cross(B, N) + h.y * B + max(hz, 1e-15) * N;
+    return H / max(length(H), LOBE_SMALLEST_DIVISOR);
+}
+
+// Density of lobe_reflect(H, V) for H = lobe_sample_GGX_aniso(...), over the solid angle of L.
+//   pdf = D / (2 (NdotV + g)),   g = sqrt(NdotV^2 + (alphaX T.V)^2 + (alphaY B.V)^2)         [1/sr]
+// param  alphaX  float  1e-4..4  0.25  microfacet width along T
+// param  alphaY  float  1e-4..4  0.25  microfacet width along B = N x T
+// units   16, the lengths of N, V and L as in lobe_GGX
+// source  Heitz 2018, eq. 17
+// 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+float lobe_pdf_GGX_aniso(vec3 N, vec3 T, vec3 V, vec3 L, float alphaX, float alphaY) {
+    vec3 H = lobe_H(V, L);
+    float NdotV = dot(N, V), NH = dot(N, H);
+    if (min(NdotV, NH) <= 0.0) return 0.0;
+    vec2 a = clamp(vec2(alphaX, alphaY), LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
+    vec3 B = cross(N, T), X = cross(N, H);
+    vec3 slope = vec3(vec2(dot(B, X), dot(T, X)) / a, NH);
+    float k = min(dot(H, H) / max(dot(slope, slope), 1e-20), LOBE_ALPHA_MAX * LOBE_ALPHA_MAX);
+    float D = min(k * k / (a.x * a.y), 1e8) * LOBE_INV_PI;
+    vec3 v = vec3(a * clamp(vec2(dot(T, V), dot(B, V)), -1.0, 1.0), min(NdotV, 1.0));
+    return 0.5 * D / max(v.z + length(v), LOBE_SMALLEST_DIVISOR);
+}
+
 #endif

@@ -19,4 +19,23 @@ vec3 lobe_Lambert(vec3 N, vec3 V, vec3 L, vec3 albedo) {
     return clamp(albedo, 0.0, 1.0) * LOBE_INV_PI;
 }
 
+// Light direction in proportion to its cosine, at random: a unit L.
+//   L = sqrt(u.y) (cos(phi) T + sin(phi) B) + sqrt(1 - u.y) N,   phi = 2 pi u.x
+// param  u  vec2  0..0.9999999  0.5  uniform random numbers
+// units   64, the driver's sin and cos
+// source  Lambert 1760, Photometria; Malley's method
+vec3 lobe_sample_Lambert(vec3 N, vec3 T, vec2 u) {
+    vec2 r = clamp(u, 0.0, 1.0);
+    float phi = 6.28318531 * r.x;
+    return sqrt(r.y) * (cos(phi) * T + sin(phi) * cross(N, T)) + sqrt(1.0 - r.y) * N;
+}
+
+// Density of lobe_sample_Lambert, over the solid angle of L. For Oren-Nayar and other diffuse lobes, too.
+//   pdf = max(0, N.L) / pi                                                         [1/sr]
+// units   8
+// source  Lambert 1760, Photometria
+float lobe_pdf_Lambert(vec3 N, vec3 L) {
+    return max(dot(N, L), 0.0) * LOBE_INV_PI;
+}
+
 #endif

@@ -190,4 +190,67 @@ vec3 lobe_albedo_EON_fast(float NdotV, vec3 albedo, float roughness) {
     return rho * (1.0 - lost + rho * Em / (1.0 - rho * (1.0 - Em)) * lost);
 }
 
+// Light direction of energy-preserving Oren-Nayar (EON) at random: a unit L, by a clipped linearly transformed cosine.
+//   u.x < P: uniform on the hemisphere; else L = normalize(M w), w from the cosine lobe's part that M keeps above the horizon
+//   M = (a 0 b; 0 c 0; d 0 1), P, a, b, c, d fits of NdotV and roughness, x towards V along the surface
+// param  roughness  float  0..1  0.5  EON's own, as in lobe_OrenNayar_EON
+// param  u          vec2   0..0.9999999  0.5  uniform random numbers: u.x for the part and the radius, u.y for the azimuth
+// units   64, the driver's sin and cos
+// source  Portsmouth, Kutz, Hill 2025, listings 2, 3
+// Why this form: near mu = NdotV = 1 the fits P, b and d are differences of what nearly cancels, and are written in w = 1 - mu.
+vec3 lobe_sample_EON(vec3 N, vec3 T, vec3 V, float roughness, vec2 u) {
+    vec3 X = cross(N, V);
+    float mu = clamp(dot(N, V), 0.0, 1.0), w = min(dot(X, X) / (1.0 + mu), 1.0), r = clamp(roughness, 0.0, 1.0);
+    float a = 1.0 + r * (0.303392 + (-0.518982 + 0.111709 * mu) * mu + (-0.276266 + 0.335918 * mu) * r);
+    float b = r * (-0.00548 + 0.00071 * r + (-1.15859 + 0.150105 * r) * w) / (mu * mu * mu - 1.43545);
+    float c = 1.0 + r * (0.20013 + (-0.506373 + 0.261777 * mu) * mu);
+    float d = r * (6e-6 - (0.065466 + 0.475392 * w) * w) / (0.0017372 + (2.0725628 - w) * w);
+    float s = 0.5 + 0.5 / sqrt(1.0 + d * d);
+    float uniformly = pow(r, 0.1) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
+    X = cross(X, N);
+    float size = length(X);
+    X = size > 0.0 ? X / size : T;
+    vec3 Y = cross(N, X);
+    vec2 x = clamp(u, 0.0, 1.0);
+    vec2 turn = vec2(cos(6.28318531 * x.y), sin(6.28318531 * x.y));
+    if (x.x < uniformly) {
+        float z = x.x / uniformly;
+        turn *= sqrt((1.0 - z) * (1.0 + z));
+        return turn.x * X + turn.y * Y + z * N;
+    }
+    turn *= sqrt(clamp((x.x - uniformly) / (1.0 - uniformly), 0.0, 1.0));
+    float wx = -((1.0 - s) * sqrt(max(1.0 - turn.y * turn.y, 0.0)) + s * turn.x);
+    float wz = sqrt(max(1.0 - wx * wx - turn.y * turn.y, 0.0));
+    vec3 L = (a * wx + b * wz) * X + c * turn.y * Y + (d * wx + wz) * N;
+    return L / max(length(L), LOBE_SMALLEST_DIVISOR);
+}
+
+// Density of lobe_sample_EON, over the solid angle of L.
+//   pdf = P / (2 pi) + (1 - P) |M|^2 / |q|^4 max(q.z, 0) / (pi s),   q = adj(M) L, s = (1 + 1 / sqrt(1 + d^2)) / 2  [1/sr]
+// param  roughness  float  0..1  0.5  EON's own, as in lobe_OrenNayar_EON
+// units   16, pow
+// source  Portsmouth, Kutz, Hill 2025, listings 2, 3
+// Why this form: near mu = NdotV = 1 the fits P, b and d are differences of what nearly cancels, and are written in w = 1 - mu.
+// 0 where V or L is below the horizon.
+float lobe_pdf_EON(vec3 N, vec3 T, vec3 V, vec3 L, float roughness) {
+    if (min(dot(N, V), dot(N, L)) <= 0.0) return 0.0;
+    vec3 X = cross(N, V);
+    float mu = clamp(dot(N, V), 0.0, 1.0), w = min(dot(X, X) / (1.0 + mu), 1.0), r = clamp(roughness, 0.0, 1.0);
+    float a = 1.0 + r * (0.303392 + (-0.518982 + 0.111709 * mu) * mu + (-0.276266 + 0.335918 * mu) * r);
+    float b = r * (-0.00548 + 0.00071 * r + (-1.15859 + 0.150105 * r) * w) / (mu * mu * mu - 1.43545);
+    float c = 1.0 + r * (0.20013 + (-0.506373 + 0.261777 * mu) * mu);
+    float d = r * (6e-6 - (0.065466 + 0.475392 * w) * w) / (0.0017372 + (2.0725628 - w) * w);
+    float s = 0.5 + 0.5 / sqrt(1.0 + d * d);
+    float uniformly = pow(r, 0.1) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
+    X = cross(X, N);
+    float size = length(X);
+    X = size > 0.0 ? X / size : T;
+    vec3 l = vec3(dot(X, L), dot(cross(N, X), L), dot(N, L));
+    float det = c * (a - b * d);
+    vec3 q = vec3(c * (l.x - b * l.z), (a - b * d) * l.y, c * (a * l.z - d * l.x));
+    float qq = max(dot(q, q), 1e-15);
+    float k = det / qq;
+    return LOBE_INV_PI * (0.5 * uniformly + (1.0 - uniformly) * k * k * max(q.z, 0.0) / s);
+}
+
 #endif

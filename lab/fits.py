@@ -115,6 +115,31 @@ def oren_nayar_angle():
     return levelled(terms, np.zeros((len(c), 0)), f, 1 / f)
 
 
+def angle():
+    """gaussian.glsl, lobe_D_Gaussian: angle / tan(angle / 2) over tan^2(angle / 2); 0..9."""
+    w2 = between(0, 1)
+    f = 2 * np.arctan(np.sqrt(w2)) / np.sqrt(w2)
+    return levelled(powers(w2, 9), np.zeros((len(w2), 0)), f, 1 / f)
+
+
+def norm_gaussian():
+    """gaussian.glsl, lobe_D_Gaussian_normalized: its integral over pi alpha^2, over x = alpha^2; p 0..5, q 1..6."""
+    alpha = np.concatenate([[1e-3], between(0.01, 4, 600)])
+    node, weight = np.polynomial.legendre.leggauss(200)
+    end = np.minimum(np.pi / 2, 9 * alpha)[:, None]
+    d = end * (node + 1) / 2
+    f = (end * weight / 2 * np.exp(-((d / alpha[:, None]) ** 2)) * np.sin(2 * d)).sum(1) / alpha**2
+    x = alpha**2
+    return levelled(powers(x, 5), powers(x, 6, 1), f, 1 / f)
+
+
+def artanh_rest():
+    """schlick.glsl, lobe_D_SchlickPower: (artanh(z) - z) / z^3 over z^2, z to 1/2; 0..6."""
+    z2 = between(0, 0.25)
+    f = sum(z2**k / (2 * k + 3) for k in range(40))
+    return levelled(powers(z2, 6), np.zeros((len(z2), 0)), f, 1 / f)
+
+
 def ggx_albedo(NdotV: np.ndarray, alpha: np.ndarray, count: int = 160) -> tuple[np.ndarray, np.ndarray]:
     """Directional albedo of GGX (F = 1, height-correlated Smith), and its part that is weighted with (1 - L.H)^5.
 
@@ -209,6 +234,7 @@ def refined(errors, x: np.ndarray, reach: float = 0.03, rounds: int = 60) -> tup
 
 if __name__ == "__main__":
     np.set_printoptions(precision=9, suppress=True, linewidth=110)
-    for fit in (G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, albedo_ggx, albedo_avg_ggx, dfg_ggx, dfg_ggx_fast):
+    for fit in (G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, angle, norm_gaussian,
+                artanh_rest, albedo_ggx, albedo_avg_ggx, dfg_ggx, dfg_ggx_fast):
         p, q, error = fit()
         print(f"{fit.__doc__.splitlines()[0]}\n  error {error:.1e}\n  p {p}\n  q {q}")

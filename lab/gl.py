@@ -180,12 +180,13 @@ def _run(context: Context, source: str, call: str, result: str, inputs: dict[str
 def _block(gl, shader, inputs: dict[str, np.ndarray], rows: int) -> np.ndarray:
     """[n, 4], of at most rows * ROW inputs."""
     count = next(iter(inputs.values())).shape[1]
+    packed = np.concatenate(list(inputs.values()), axis=-1)
     textures = []
-    for unit, (name, values) in enumerate(inputs.items()):
-        texture = _texture(gl, values, rows)
+    for unit in range(-(-packed.shape[-1] // 4)):
+        texture = _texture(gl, packed[..., 4 * unit : 4 * unit + 4], rows)
         texture.use(unit)
-        if f"lobe_t_{name}" in shader:
-            shader[f"lobe_t_{name}"].value = unit
+        if f"lobe_t_{unit}" in shader:
+            shader[f"lobe_t_{unit}"].value = unit
         textures.append(texture)
     target = gl.texture((ROW, rows), 4, dtype="f4")
     frame = gl.framebuffer([target])
@@ -209,12 +210,18 @@ def _texture(gl, values: np.ndarray, rows: int):
 
 
 def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray], lights: int, rows: int) -> str:
-    swizzle = {1: "float {} = {}.x;", 2: "vec2 {} = {}.xy;", 3: "vec3 {} = {}.xyz;"}
-    fetches = "\n            ".join(swizzle[values.shape[2]].format(name, f"texelFetch(lobe_t_{name}, lobe_texel, 0)")
-                                for name, values in inputs.items())
+    types, fetches, component = {1: "float", 2: "vec2", 3: "vec3"}, [], 0
+    textures = range(-(-sum(values.shape[2] for values in inputs.values()) // 4))  # four numbers each: OpenGL promises 16
+    for i in textures:
+        fetches.append(f"vec4 lobe_p_{i} = texelFetch(lobe_t_{i}, lobe_texel, 0);")
+    for name, values in inputs.items():
+        parts = (f"lobe_p_{i // 4}.{'xyzw'[i % 4]}" for i in range(component, component + values.shape[2]))
+        fetches.append(f"{types[values.shape[2]]} {name} = {types[values.shape[2]]}({', '.join(parts)});")
+        component += values.shape[2]
+    fetches = "\n            ".join(fetches)
     weighted = "lobe_weight * " if "lobe_weight" in inputs else ""
     return f"""#version 330
-{"".join(f"uniform sampler2D lobe_t_{name};{chr(10)}" for name in inputs)}out vec4 lobe_out;
+{"".join(f"uniform sampler2D lobe_t_{i};{chr(10)}" for i in textures)}out vec4 lobe_out;
 {source}
 #line 1
 void main() {{

@@ -46,12 +46,12 @@ def lights(view):
     return framed(spherical(view, 0.0), spherical(theta[:, None], phi), azimuth=10 * view), weight
 
 
-def facets():
+def facets(count: int = 128):
     """Half vectors over the hemisphere, as V = L = H; the weights hold NdotH.
 
     Denser about the normal and near the axes, where the ridge of an anisotropic distribution runs.
     """
-    theta, theta_weight = graded(0, np.pi / 2, 0.02, 128)
+    theta, theta_weight = graded(0, np.pi / 2, 0.02, count)
     phi, phi_weight = joined(*(graded(a, a + b, 0.01, 24)
                                for a in np.arange(4) * np.pi / 2 for b in (-np.pi / 4, np.pi / 4)))
     H = spherical(theta[:, None], phi)

@@ -1,7 +1,6 @@
 """What physics and the models demand of the shaders' own values, whatever the formula: lab/physics.py measures it.
 `pytest -rP` shows each error beside what is allowed."""
 
-import re
 
 import pytest
 
@@ -84,6 +83,6 @@ def test_projected_area(function, shade):
         assert area.error.max() > 1e-3, "the header says that it is not normalised, and it is"
 
 
-@over(f for f in LIBRARY.functions if re.match("lobe_(G1|pdf)_", f.name))
+@over(f for f in LIBRARY.functions if physics.sees_visible_facets(LIBRARY, f))
 def test_weak_white_furnace(function, shade):
     check(physics.weak_furnace(LIBRARY, function, shade))
