@@ -45,6 +45,14 @@ LIMITS = """
     lobe_G2_GGX(NdotV, 1.0, alpha) == lobe_G1_GGX(NdotV, alpha)
     lobe_G2_Beckmann(NdotV, 1.0, alpha) == lobe_G1_Beckmann(NdotV, alpha)
     lobe_G1_GGX(NdotX, 0.0) == 1.0
+    lobe_Z_Schlick(NdotH, r) == 3.14159265 * lobe_D_GGX(NdotH, sqrt(r))
+    lobe_G1_Schlick(NdotX, 0.0) == 1.0 where NdotX > 0.0
+    lobe_AshikhminShirley_diffuse(N, V, L, rd, 1.0) == vec3(0.0)
+    lobe_GGX_blend(N, V, L, f0, alphas, 0.0) == lobe_GGX(N, V, L, f0, alphas.x)
+    lobe_GGX_blend_D(N, V, L, f0, alphas, 1.0) == lobe_GGX(N, V, L, f0, alphas.y)
+    lobe_CookTorrance_blend(N, V, L, f0, alphas, 0.0) == lobe_CookTorrance(N, V, L, f0, alphas.x)
+    lobe_pdf_GGX_aniso(N, T, V, L, alphaX, alphaX) == lobe_pdf_GGX(N, V, L, alphaX)
+    lobe_pdf_Ward(N, T, V, L, alphaX, alphaX) == lobe_pdf_Beckmann(N, V, L, alphaX)
 """
 
 # The directional albedo of the left equals the right, for white colours: from every view, or only from straight above.
