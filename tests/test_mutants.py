@@ -1,8 +1,7 @@
 """The comparison must see an error: each mutant is a fault found in the wild, and parity fails on it.
 
 A mutant puts a definition in the place of the library's one, so that a change of form in the library does not disarm it.
-The lecture's errata are among them where the library has the function; those of the Gaussian, Ashikhmin-Shirley, Schlick's
-power and Lafortune (half of 5; 6, 8, 9) wait for their models, and tests/test_errata.py holds them against the papers.
+The lecture's errata are among them; tests/test_errata.py holds them against the papers, too.
 """
 
 from dataclasses import dataclass
@@ -95,6 +94,19 @@ MUTANTS = {
         "lobe_OrenNayar(vec3,vec3,vec3,vec3,float)", "return lobe_OrenNayar_qualitative(N, V, L, albedo, sigma);"),
     "EON_takes_roughness_for_sigma": Mutant(
         "lobe_OrenNayar_EON(vec3,vec3,vec3,vec3,float)", "return lobe_OrenNayar_qualitative(N, V, L, albedo, roughness);"),
+    "gaussian_has_the_lecture_s_missing_factor": Mutant(
+        "lobe_D_Gaussian_normalized(vec3,vec3,float)", "return lobe_D_Gaussian(N, H, alpha);"),
+    "ashikhmin_shirley_lacks_2_pi": Mutant(
+        "lobe_D_AshikhminShirley(float,float,float,float,float)", "float e = (nu * TdotH * TdotH + nv * BdotH * BdotH) "
+        "/ (1.0 - NdotH * NdotH); return sqrt((nu + 1.0) * (nv + 1.0)) * pow(NdotH, e);"),
+    "schlick_s_power_keeps_phong_s_factor": Mutant(
+        "lobe_D_SchlickPower(float,float)", "return (h + 2.0) / 6.2831853 * lobe_pow_Schlick(NdotH, h);"),
+    "lafortune_has_the_lecture_s_singular_values": Mutant(
+        "lobe_Lafortune_C_Phong(float)", "return pow((exponent + 2.0) / 6.2831853, 1.0 / exponent) * vec3(1.0);"),
+    "lafortune_has_the_lecture_s_root": Mutant(
+        "lobe_Lafortune_C_Phong(float)", "return sqrt((exponent + 2.0) / 6.2831853) * vec3(-1.0, -1.0, 1.0);"),
+    "lafortune_multiplies_by_its_exponent": Mutant(
+        "lobe_Lafortune_lobe(vec3,vec3,vec3,float)", "return max(dot(C * lLocal, vLocal), 0.0) * exponent;"),
     "alpha_is_not_squared": Mutant("lobe_alpha(float)", "return roughness;"),
 }
 
