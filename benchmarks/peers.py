@@ -8,7 +8,7 @@ import json
 import math
 from pathlib import Path
 
-from lobe.lab import gl, isa, packages, peers, peers_measured, peers_page
+from lobe.lab import findings, gl, isa, packages, peers, peers_measured, peers_page
 
 RESULT = Path(__file__).resolve().parent / "results" / "peers.json"
 
@@ -30,6 +30,7 @@ def main():
     head = json.dumps(result, indent=1)[:-2]
     RESULT.write_text(f'{head},\n "results": [\n  {rows}\n ]\n}}\n')
     peers_page.main()
+    findings.main()  # which tells who is right
     print(f"{len(measured)} functions, {len(peers_measured.ahead(measured))} peers ahead")
 
 

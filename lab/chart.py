@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 
 from . import cost, families, files, isa, plots
+from .peers_measured import TIE
 
 ORIGINS = {"lobe": ("o", "circle", plots.BLUE), "textbook": ("D", "diamond-open", plots.GREY),
            "LYGIA": ("^", "triangle-up", plots.ORANGE), "three.js": ("s", "square", plots.GREEN),
@@ -18,6 +19,9 @@ ORIGINS = {"lobe": ("o", "circle", plots.BLUE), "textbook": ("D", "diamond-open"
 SMALLEST = 2.0**-26  # errors below it are drawn on it: float32 has no digit there
 LARGEST = 100.0  # errors above it, not finite ones among them, are drawn on it
 VISIBLE = 1e-2  # FLIP above which most people see a difference side by side
+EXACT = 1e-5  # rms error below which a function counts as exact
+WORTH = 0.8  # of the exact function's cost, which an approximation must not exceed to pay
+RESOLVED = 2  # spreads that a time must be from 0 to stand on a front
 METHOD = (
     "Cost, ISA: Mesa's RADV compiles a fragment shader with the call, and the same shader returning the sum of the "
     "call's inputs, for an AMD GPU that need not be there; cost is the difference. Cycles are the driver's inverse "
@@ -32,6 +36,14 @@ METHOD = (
     "and maximum. Units: rounding alone, as lobe compare counts it. What rounds below 2^-26 is drawn there.",
     "Error in the picture: the function in the family's whole lobe, two scenes, three widths, the worst of the six; "
     "FLIP as a display shows it, and the rms difference over the rms of the exact picture.",
+    "Inverse throughput is a maximum over the GPU's units: a few transcendental operations hide behind the "
+    "interpolation of the inputs (a pow alone costs 4 cycles, beside a chain of square roots 16). Hence nothing is "
+    "said never to pay by cycles alone: instructions or latency must agree.",
+    f"Words: exact but for rounding is an rms error below {EXACT:g}, below which errors count alike; an approximation "
+    f"pays where it costs at most {100 * WORTH:g} % of the exact function and FLIP is at most {VISIBLE:g}, above which "
+    f"most people see a difference side by side; costs or errors within {100 * (TIE - 1):.2g} % are a tie. Ours are "
+    "held against other libraries' with the same guards on inputs and none on divisors, as in docs/peers.md; what that "
+    f"page calls wrong is not ahead. A time within {RESOLVED} spreads of 0 is not resolved, and stands on no front.",
 )
 
 
@@ -68,12 +80,19 @@ def error_of(row: dict, kind: str) -> float:
     return LARGEST if value is None else float(np.clip(value, SMALLEST, LARGEST))
 
 
-def front(rows: list[dict], kind: str) -> list[dict]:
-    """Those that no other beats in cost and error both, from the cheapest on. A smaller error is so by 2 %."""
+def is_resolved(row: dict) -> bool:
+    """Whether a time stands out of its own spread; cycles have none."""
+    return row["device"].startswith("isa:") or row["cost"]["ns"] >= RESOLVED * row["cost"]["ns_spread"]
+
+
+def front(rows: list[dict], kind: str, floor: float = 0.0) -> list[dict]:
+    """Those that no other beats in cost and error both, from the cheapest on. A smaller error is so by 2 %; errors
+    below `floor` count as it."""
     best, kept = np.inf, []
-    for row in sorted(rows, key=lambda r: (cost_of(r), error_of(r, kind))):
-        if error_of(row, kind) < 0.98 * best:
-            best = error_of(row, kind)
+    for row in sorted(filter(is_resolved, rows), key=lambda r: (cost_of(r), error_of(r, kind))):
+        error = max(error_of(row, kind), floor)
+        if error < 0.98 * best:
+            best = error
             kept.append(row)
     return kept
 
@@ -97,6 +116,7 @@ def label(row: dict) -> str:
 
 # SVG
 
+THRESHOLD = {"color": "#cc9999", "linewidth": 1.2, "linestyle": ":"}
 PANELS = (("rms", "rms error at points, {}"), ("image_flip", "FLIP in the picture"))
 
 
@@ -112,6 +132,8 @@ def draw(figure, chart: families.Chart, rows: list[dict], title: str = "") -> No
     shown = dict.fromkeys(row["origin"] for row in rows)
     handles = [panels[0].plot([], [], ORIGINS[o][0], color=ORIGINS[o][2], label=o)[0] for o in shown]
     handles += panels[0].plot([], [], color="#bbbbbb", drawstyle="steps-post", label="Pareto front")
+    if any(error_of(r, "image_flip") > VISIBLE for r in rows):
+        handles += panels[0].plot([], [], **THRESHOLD, label=f"FLIP {VISIBLE:g}: seen above")
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), frameon=False, fontsize=8)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # labels keep off each other where things lie now
@@ -132,15 +154,18 @@ def _panel(axes, rows: list[dict], kind: str, text: str) -> None:
                   drawstyle="steps-post", zorder=1)
     for row, point in zip(rows, points):
         marker, _, colour = ORIGINS[row["origin"]]
+        if spread := row["cost"].get("ns_spread"):
+            axes.errorbar(*point, xerr=spread, color=colour, elinewidth=0.8, zorder=2)
         axes.plot(*point, marker, color=colour, markersize=6, markeredgecolor="white", markeredgewidth=0.5, zorder=3)
     if kind == "image_flip" and any(y > VISIBLE for _, y in points):
-        axes.axhline(VISIBLE, color="#cc9999", linewidth=0.8, linestyle=":", zorder=0)
+        axes.axhline(VISIBLE, **THRESHOLD, zorder=0)
 
 
 def _scale_x(axes, costs: list[float]) -> None:
-    """Logarithmic where costs differ much; linear below the smallest where one of them is 0."""
+    """Logarithmic where costs differ much; linear below the smallest where one of them is 0, and everywhere where the
+    noise of times is below 0."""
     least = min((c for c in costs if c > 0), default=1)
-    if max(costs) <= 6 * least:
+    if max(costs) <= 6 * least or min(costs) < 0:
         return
     if min(costs) > 0:
         axes.set_xscale("log")
@@ -199,7 +224,7 @@ def write_page(found: dict, path: Path) -> None:
     devices = {d: device_name(d) for d in dict.fromkeys(r["device"] for r in found["results"])}
     data = {"rows": [row | {"label": label(row)} for row in found["results"]], "charts": charts, "devices": devices,
             "origins": {o: {"symbol": s, "colour": c} for o, (_, s, c) in ORIGINS.items()},
-            "limits": [SMALLEST, LARGEST]}
+            "limits": [SMALLEST, LARGEST], "resolved": RESOLVED}
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     page = environment.get_template("chart.html.j2").render(

@@ -10,7 +10,7 @@ import hashlib
 import json
 import re
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 
 import numpy as np
@@ -27,6 +27,7 @@ PICTURE_SIZE = 128
 UNIT_POINTS = 1 << 12
 ABSOLUTE = ("albedo", "albedo-diffuse")  # charts whose values come near 0 and whose errors are therefore not relative
 DEVICES = ("isa", "gl")
+UNGUARDED = "lobe_GGX, without guards"
 
 Step = Callable[[str, int, int], None]
 
@@ -64,26 +65,35 @@ def functions(library: Catalogue) -> dict[str, dict]:
             for i, f in enumerate(library.functions)}
 
 
-def stamp(library: Catalogue, function: Function) -> str:
-    """A hash of a function's code with all that it calls, without comments."""
+def stamp(library: Catalogue, function: Function, beside: str = "") -> str:
+    """A hash of a function's code with all that it calls, without comments, and of what else was measured with it."""
     text = bundle.bundle(library, [function.key])
     code = " ".join(re.sub(r"//.*", "", text).split())
-    return hashlib.sha256(code.encode()).hexdigest()[:16]
+    return hashlib.sha256((code + beside).encode()).hexdigest()[:16]
 
 
 def _isa_rows(entries, errors) -> list[dict]:
     calls = [chart.weighed(member) for chart, member in entries]
+    alike = [_weighed_alike(member, call) for (_, member), call in zip(entries, calls)]
     rows = []
     for gpu in isa.GPUS:
-        for (chart, member), cost, error in zip(entries, isa.costs(calls, gpu), errors):
-            rows.append(_row(chart, member, f"isa:{gpu}", asdict(cost) | {"ns": None}, error))
+        for (chart, member), cost, same, error in zip(entries, isa.costs(calls, gpu), isa.costs(alike, gpu), errors):
+            figures = asdict(cost) | {"alike": same.inverse_throughput, "ns": None}
+            rows.append(_row(chart, member, f"isa:{gpu}", figures, error))
     return rows
+
+
+def _weighed_alike(member: Member, call: isa.Call) -> isa.Call:
+    """What is weighed against other libraries' functions, as docs/peers.md does: ours without guards on divisors."""
+    from . import peers_measured
+
+    return replace(call, source=peers_measured.without_divisor_guards(call.source)) if member.key else call
 
 
 def _gl_rows(entries, errors, context: gl.Context) -> list[dict]:
     samples = {chart.name: chart.sample(families.POINTS) for chart, _ in entries}
     took = gltime.times(context, [c.weighed(m) for c, m in entries], [samples[c.name] for c, _ in entries])
-    nothing = dict.fromkeys(isa.Cost.__dataclass_fields__)
+    nothing = dict.fromkeys((*isa.Cost.__dataclass_fields__, "alike"))
     return [_row(chart, member, f"gl:{context.renderer}", nothing | {"ns": t.ns, "ns_spread": t.spread}, error)
             for (chart, member), t, error in zip(entries, took, errors)]
 
@@ -96,11 +106,14 @@ def _row(chart: Chart, member: Member, device: str, cost: dict, error: dict) -> 
 
 def calibration(with_peers: bool) -> list[dict]:
     """Whole GGX lobes as others have measured them: one grey f0, no horizon rule, inputs from a buffer. There the
-    driver's model hides part of the work behind the memory; the same lobes with interpolated inputs stand beside."""
+    driver's model hides part of the work behind the memory; the same lobes with interpolated inputs stand beside.
+    What guards cost ours is told by a row of lobe_GGX without any clamp."""
     from . import peers_measured
 
     chart = families.NAMES["specular"]
     rows = [m for m in families.members(chart, with_peers, guards=False) if m.stands_for == families.GGX]
+    ours = next(m for m in rows if m.key == families.GGX)
+    rows.append(replace(ours, name=UNGUARDED, source=peers_measured.without_clamps(ours.source)))
     calls = [isa.Call(peers_measured.without_horizon(m.source), re.sub(r"\bf0\b", "vec3(f0)", f"({m.call}).x"), "float",
                       tuple((n, "float" if n == "f0" else t) for n, t in chart.weighed(m).inputs)) for m in rows]
     buffered, interpolated = (isa.costs(calls, "NAVI21", stage) for stage in ("compute", "fragment"))

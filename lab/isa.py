@@ -7,6 +7,10 @@ the compiler's statistics say of branches and loops is a guess. Where a branch i
 Two shaders ask: `fragment`, whose inputs are interpolated (nothing waits, so that the figures count work), and
 `compute`, whose inputs come from a buffer. There the driver's model hides up to some 40 cycles behind the memory, so
 that a term of five instructions seems to cost one cycle; it serves to compare with figures that others took that way.
+
+Inverse throughput is the largest of what the GPU's units are busy for, not their sum: a few transcendental operations
+hide behind the unit that interpolates the inputs, and cost next to nothing alone. Beside many others they cost all that
+they take: a pow alone 4 cycles, beside a chain of square roots 16. Instructions and latency do not hide so.
 """
 
 from __future__ import annotations

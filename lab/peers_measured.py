@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from . import compare, domain, geometry, gl, isa
+from . import catalogue, compare, cost, domain, geometry, gl, isa
 from . import peers_exact as exactly
 from .isa import Call
 from .peers import GGX, GIVEN, OURS, Peer, members, ours, rivals, tangent
@@ -154,10 +154,10 @@ def weighed_alike(peer: Peer) -> Call:
     if peer.origin != OURS:
         return weighed(guarded(peer))
     call = weighed(peer)
-    return replace(call, source=_without_divisor_guards(call.source))
+    return replace(call, source=without_divisor_guards(call.source))
 
 
-def _without_divisor_guards(source: str) -> str:
+def without_divisor_guards(source: str) -> str:
     """The source with (x) for max(x, LOBE_SMALLEST_DIVISOR)."""
     guard = ", LOBE_SMALLEST_DIVISOR)"
     text, *parts = source.split(guard)
@@ -176,6 +176,19 @@ def _opening(text: str) -> int:
         if depth < 0:
             return i
     return -1
+
+
+def without_clamps(source: str) -> str:
+    """The source with (x) for clamp(x, low, high)."""
+    while start := source.find("clamp(") + 1:
+        first = second = start + 4
+        depth, commas = 1, []
+        while depth:
+            second += 1
+            depth += {"(": 1, ")": -1}.get(source[second], 0)
+            commas += [second] if source[second] == "," and depth == 1 else []
+        source = f"{source[: start - 1]}({source[first + 1 : commas[0]]}){source[second + 1 :]}"
+    return source
 
 
 _HORIZON = re.compile(r"\n *if \(min\((?:c\.x, c\.y|dot\(N, V\), dot\(N, L\))\) <= 0\.0\) return vec3\(0\.0\);"
@@ -234,7 +247,8 @@ def _row(peer: Peer, context: gl.Context) -> dict:
             rival = replace(rival, narrowed=peer.narrowed or rival.narrowed) if same else rival
             beside[rival.name] = accuracy({"error": error(rival, context, inputs if same else None),
                                            "highlights": seen and error(rival, context, pictured)})
-    return {"origin": peer.origin, "function": peer.name, "family": peer.family, "like": peer.function.key,
+    return {"origin": peer.origin, "function": peer.name, "stamp": stamp(peer), "family": peer.family,
+            "like": peer.function.key,
             "version": peer.package.version if peer.package else "", "call": peer.call, "units": peer.units,
             "setting": list(peer.setting), "formula": peer.formula, "note": peer.note, "stands_for": peer.stands_for,
             "domain": {p.name: [p.low, p.high] for p in peer.function.parameters
@@ -244,6 +258,15 @@ def _row(peer: Peer, context: gl.Context) -> dict:
 
 
 ROUNDING = 1e-6  # below it two forms are equally accurate
+TIE = 1.05  # ratio of costs or errors within which two are level
+
+
+def stamp(peer: Peer) -> str:
+    """A hash of what was measured: of ours the code; of a peer, whose package has its own, what we put around it."""
+    (function,) = catalogue.load().find(peer.like)
+    around = guarded(peer)
+    facts = (peer.label, around.call, around.adapter, peer.factor, peer.setting, peer.narrowed, peer.formula, peer.fit)
+    return cost.stamp(catalogue.load(), function, "" if peer.origin == OURS else repr(facts))
 
 
 def accuracy(row: dict, measure: str = "rms") -> float:
@@ -264,7 +287,7 @@ def ahead(rows: list[dict], gpu: str = "NAVI21") -> list[tuple[dict, dict, float
     for row in rows:
         if not row["right"] or not row["beside"]:
             continue
-        able = [n for n, rms in row["beside"].items() if rms <= max(1.1 * accuracy(row), ROUNDING)]
+        able = [n for n, rms in row["beside"].items() if rms <= max(TIE * accuracy(row), ROUNDING)]
         best = min(able or row["beside"], key=lambda n: cycles(mine[n], gpu))
         if not able or cycles(row, gpu) < cycles(mine[best], gpu):
             found.append((row, mine[best], row["beside"][best]))

@@ -5,6 +5,7 @@ What needs their packages runs where they are in the cache, or with --full.
 
 import hashlib
 import io
+import json
 import re
 import tarfile
 import zipfile
@@ -223,9 +224,14 @@ def test_white_albedo_of_ours(name, most):
 
 def test_divisor_guards_are_taken_out():
     source = "float f(float a) { return 1.0 / max(a * max(a, LOBE_SMALLEST_DIVISOR), LOBE_SMALLEST_DIVISOR); }"
-    assert measured._without_divisor_guards(source) == "float f(float a) { return 1.0 / (a * (a)); }"
-    freed = measured.weighed_alike(peers.ours("lobe_V_GGX")).source
+    assert measured.without_divisor_guards(source) == "float f(float a) { return 1.0 / (a * (a)); }"
+    freed = measured.weighed_alike(peers.ours("lobe_V_GGX_aniso")).source
     assert "max(" not in freed and "0.5 / (dot(c, g.yx))" in freed
+
+
+def test_clamps_are_taken_out():
+    source = "float f = clamp(min(a, b), 0.0, max(x, 1.0)) + clamp(clamp(y, 0.0, 1.0), g(0.0, 1.0), 1.0);"
+    assert measured.without_clamps(source) == "float f = (min(a, b)) + ((y));"
 
 
 @pytest.mark.parametrize("key", [f.key for f in catalogue.load().functions if f.name in ("lobe_GGX", "lobe_GGX_fast")])
@@ -235,6 +241,27 @@ def test_grey_lobes_have_no_horizon_rule(key):
     source = measured.weighed_grey(ours).source
     lobe = source[source.index(f"vec3 {ours.function.name}(") :]
     assert source != ours.source and "return vec3(0.0)" not in lobe and ": 0.0;" not in lobe
+
+
+REPAIR = "repair: .venv/bin/python benchmarks/peers.py"
+
+
+def test_what_was_measured_is_what_stands_here():
+    """Our code, and what we put around a peer's; the packages by their versions."""
+    stored = json.loads(peers_page.RESULTS.read_text(encoding="utf-8"))
+    known = {(row["origin"], row["function"]): row.get("stamp") for row in stored["results"]}
+    ours = {o.function.key: o for p in ALL for o in peers.rivals(p)}.values()
+    now = {(p.origin, p.name): measured.stamp(p) for p in (*ours, *ALL)}
+    assert not {key for key in now.keys() | known.keys() if now.get(key) != known.get(key)}, REPAIR
+    assert {name: p["version"] for name, p in stored["packages"].items()} == {
+        name: p.version for name, p in peers.PACKAGES.items()}, REPAIR
+
+
+def test_stamp_sees_a_peers_setting_and_call():
+    peer = ALL[0]
+    assert measured.stamp(peer) != measured.stamp(replace(peer, call=peer.call + " * 2.0"))
+    assert measured.stamp(peer) != measured.stamp(replace(peer, setting=("X 1",)))
+    assert measured.stamp(peers.ours("lobe_V_GGX")) != measured.stamp(peers.ours("lobe_V_GGX_fast"))
 
 
 def test_page_is_up_to_date():
