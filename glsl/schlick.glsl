@@ -51,7 +51,7 @@ float lobe_D_SchlickPower(float NdotH, float h) {
 // source  Schlick 1994, eq. 28
 // Take the vector form where r is small, as in lobe_D_GGX.
 float lobe_Z_Schlick(float NdotH, float r) {
-    float c = clamp(NdotH, -1.0, 1.0), x = clamp(r, 1e-8, 1.0);
+    float c = clamp(NdotH, 0.0, 1.0), x = clamp(r, 1e-8, 1.0);
     float k = 1.0 / ((1.0 - c) * (1.0 + c) + x * c * c);
     return x * k * k;
 }

@@ -72,7 +72,7 @@ FAMILIES = (
     Family("oren_nayar_qualitative", "lobe_OrenNayar_qualitative(N, V, L, vec3(1.0), sigma).x", factor=1 / np.pi),
     # 1 / (1 + c1 r) with EON's c1 = 1/2 - 2 / (3 pi) is the A of the loss's header
     Family("eon_E_FON", "1.0 - r / (1.0 + 0.287793409 * r) * lobe_loss_EON(mu)"),
-    Family("lafortune", "lobe_Lafortune_lobe(L, V, C, h)"),
+    Family("lafortune", "lobe_Lafortune_lobe(L, V, C, h)", promised={"h": (0.1, 400.0)}),
     Family("schlick_rational", "lobe_pow_Schlick(S, h)"),
     Family("cos_refracted", "lobe_cosT(c, n)"),
     Family("jensen_dipole", "lobe_Rd_dipole(r, sa, ss, eta)"),

@@ -3,6 +3,7 @@ with --pictures renders the scenes that it shows, which takes long."""
 
 from __future__ import annotations
 
+import io
 import re
 import sys
 
@@ -84,17 +85,21 @@ def main(arguments: list[str]) -> None:
 
 def draw(name: str) -> None:
     """The picture of a scene, by the samples that its file asks for. Goes on where it was stopped."""
+    from PIL import Image
+
     from . import commands
 
     commands.render(SCENES / f"{name}.toml", None, None, None, None, 0, None, True, None, OUT, None)
-    files.write_bytes(FIGURES / f"scene-{name}.png", (OUT / f"{name}.png").read_bytes())
+    buffer = io.BytesIO()  # 256 colours: the noise of a render is what makes a PNG large
+    Image.open(OUT / f"{name}.png").convert("RGB").quantize(256, dither=Image.FLOYDSTEINBERG).save(buffer, "PNG")
+    files.write_bytes(FIGURES / f"scene-{name}.png", buffer.getvalue())
 
 
 def draw_thumbnails() -> None:
     """All six in one small picture."""
     from PIL import Image
 
-    small = [np.asarray(Image.open(FIGURES / f"scene-{name}.png").resize(THUMBNAIL, Image.LANCZOS)) for name in ORDER]
+    small = [np.asarray(Image.open(FIGURES / f"scene-{name}.png").convert("RGB").resize(THUMBNAIL, Image.LANCZOS)) for name in ORDER]
     files.write_png(FIGURES / "scenes.png", np.concatenate([np.concatenate(small[i : i + 3], 1) for i in (0, 3)]))
 
 
