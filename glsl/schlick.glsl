@@ -227,9 +227,10 @@ vec3 lobe_sample_Schlick(vec3 N, vec3 T, float r, float p, vec2 u) {
 // Density of lobe_reflect(H, V) for H = lobe_sample_Schlick(...), over the solid angle of L.
 //   pdf = Z A^2 N.H / (4 pi V.H),   H of unit length                                         [1/sr]
 // param  r  float  1e-8..1  0.1  roughness factor, alpha^2
-// param  p  float  0.01..1  0.5  isotropy factor: 1 isotropic, towards 0 grooves along T
+// param  p  float  0.2..1  0.5  isotropy factor: 1 isotropic, towards 0 grooves along T
 // units   16, the lengths of N, V and L as in lobe_GGX
 // source  as lobe_sample_Schlick
+// Below p = 0.2 the azimuth of an H that is within a few roundings of N, which is noise, rules A^2.
 // 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
 float lobe_pdf_Schlick(vec3 N, vec3 T, vec3 V, vec3 L, float r, float p) {
     vec3 H = lobe_H(V, L);
