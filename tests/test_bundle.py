@@ -15,13 +15,29 @@ NAMES = sorted({f.name for f in LIBRARY.functions})
 
 def compiles(tmp_path, text, target):
     """glslang's complaint about a fragment shader of this text, '' where there is none."""
+    return complaints(tmp_path, {"shader": text}, target).get("shader", "")
+
+
+def complaints(tmp_path, texts, target):
+    """glslang's complaints about fragment shaders, by name; one process for all, since its start costs most."""
     compiler = shutil.which("glslangValidator")
     assert compiler, "glslangValidator is missing: install the package glslang-tools"
-    shader = tmp_path / "shader.frag"
-    shader.write_text(text + "\nvoid main() {}\n")
+    for name, text in texts.items():
+        (tmp_path / f"{name}.frag").write_text(text + "\nvoid main() {}\n")
+    # For Vulkan it would link all the shaders of one call.
+    calls = [[name] for name in texts] if target == "vulkan" else [list(texts)]
     options = ["-V", "--target-env", "vulkan1.0"] if target == "vulkan" else []
-    run = subprocess.run([compiler, *options, str(shader)], capture_output=True, text=True, cwd=tmp_path)
-    return run.stdout if run.returncode else ""
+    found = {}
+    for names in calls:
+        run = subprocess.run([compiler, *options, *(f"{name}.frag" for name in names)], capture_output=True, text=True,
+                             cwd=tmp_path)
+        said = re.split(r"^(\S+)\.frag\n", run.stdout, flags=re.M)
+        said = dict(zip(said[1::2], said[2::2])) if len(names) > 1 else {names[0]: run.stdout}
+        assert list(said) == names, f"glslang did not go through all the shaders: {run.stdout}"
+        bad = {name: text for name, text in said.items() if "ERROR" in text}
+        assert bool(run.returncode) == bool(bad), run.stdout
+        found |= bad
+    return found
 
 
 @pytest.mark.parametrize("target", bundle.TARGETS)
@@ -30,27 +46,32 @@ def test_every_file_compiles_after_those_it_needs(tmp_path, target):
         file = LIBRARY.file(stem)
         return [s for needed in file.needs for s in with_needed(needed)] + [stem]
 
-    for file in LIBRARY.files:
-        text = "".join(LIBRARY.file(stem).text for stem in with_needed(file.stem))  # repeated files test the guards too
-        assert compiles(tmp_path, bundle.TARGETS[target] + text, target) == "", file.stem
+    texts = {file.stem: bundle.TARGETS[target] + "".join(LIBRARY.file(stem).text for stem in with_needed(file.stem))
+             for file in LIBRARY.files}  # repeated files test the guards too
+    assert complaints(tmp_path, texts, target) == {}
 
 
 @pytest.mark.parametrize("target", bundle.TARGETS)
 def test_every_bundle_compiles(tmp_path, target):
+    one_by_one = {name: [name] for name in NAMES}
+    by_file = {file.stem: sorted({f.name for f in file.functions}) for file in LIBRARY.files if file.functions}
+    groups = by_file if target == "vulkan" else one_by_one  # in Vulkan's GLSL they are the same but for the first line
+    texts = {name: bundle.bundle(LIBRARY, names, target) for name, names in groups.items()}
+    assert complaints(tmp_path, texts, target) == {}
+
+
+def test_bundle_holds_nothing_that_is_not_needed(tmp_path):
+    texts = {}
     for name in NAMES:
-        assert compiles(tmp_path, bundle.bundle(LIBRARY, [name], target), target) == "", name
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_bundle_holds_nothing_that_is_not_needed(tmp_path, name):
-    text = bundle.bundle(LIBRARY, [name], "450")
-    wanted = LIBRARY.find(name)
-    for f in bundle.closure(LIBRARY, list(wanted)):
-        if f not in wanted:
-            without = text.replace(f.definition, "")
-            assert without != text and compiles(tmp_path, without, "450"), f"{f.key} is not needed by {name}"
-    for constant in re.findall(r"^const \w+ (\w+)", text, re.M):
-        assert len(re.findall(rf"\b{constant}\b", text)) > 1, f"{constant} is not used"
+        text = bundle.bundle(LIBRARY, [name], "450")
+        wanted = LIBRARY.find(name)
+        for f in bundle.closure(LIBRARY, list(wanted)):
+            if f not in wanted:
+                texts[f"{name}-{len(texts)}-without-{f.name}"] = without = text.replace(f.definition, "")
+                assert without != text
+        for constant in re.findall(r"^const \w+ (\w+)", text, re.M):
+            assert len(re.findall(rf"\b{constant}\b", text)) > 1, f"{constant} in the bundle of {name} is not used"
+    assert texts.keys() - complaints(tmp_path, texts, "450").keys() == set(), "compiles all the same"
 
 
 def test_constants_are_bundled_by_name(tmp_path):
