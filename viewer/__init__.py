@@ -1,0 +1,1 @@
+"""The window: see the lobe, the truth, and the difference."""
