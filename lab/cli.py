@@ -171,6 +171,28 @@ def chart(
     commands.chart(family or [], device, peers, out, json)
 
 
+@app.command()
+def view(
+    scene: Annotated[Optional[Path], typer.Argument(metavar="[SCENE.toml]", help="A scene file (docs/scenes.md), or a "
+                                                    "session that the viewer saved.")] = None,
+    mode: Annotated[Optional[str], typer.Option("--mode", help="shader, reference, split, difference or "
+                                                "flicker.")] = None,
+    lobe: Annotated[Optional[str], typer.Option("--lobe", help="The lobe that is shown, e.g. lobe_GGX.")] = None,
+    size: Annotated[tuple[int, int], typer.Option("--size", min=320, max=8192, metavar="WIDTH HEIGHT",
+                                                  help="Of the window, pixels.")] = (1280, 720),
+    screenshot: Annotated[Optional[Path], typer.Option("--screenshot", metavar="FILE.png", help="Draw the window into a "
+                                                       "picture; needs no display.")] = None,
+    frames: Annotated[Optional[int], typer.Option("--frames", min=1, max=1 << 20, help="End after so many; a screenshot "
+                                                  "else waits for the reference.")] = None,
+    scale: Annotated[float, typer.Option("--scale", min=0.5, max=4.0, help="Of text and controls in a "
+                                         "screenshot.")] = 1.0,
+):
+    """Open the viewer: a lobe, its reference and the difference, live."""
+    from ..viewer import command
+
+    command.view(scene, mode, lobe, size, screenshot, frames, scale)
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def test(ctx: typer.Context,
          full: Annotated[bool, typer.Option("--full", help="Also the long tests.")] = False):

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import files, scene_schema
 from .paths import ROOT
-from .scene_schema import REQUIRED, Key, List, Named, Table
+from .scene_schema import REQUIRED, Key, List, Named, Table, Unread
 
 PAGE, SCENES, FIGURES = ROOT / "docs" / "scenes.md", ROOT / "examples" / "scenes", ROOT / "docs" / "figures"
 OUT = ROOT / "out" / "scenes"
@@ -26,7 +26,8 @@ def generated(text: str) -> str:
 
 
 def tables() -> str:
-    return "\n".join(section for key in scene_schema.schema().values() for section in _sections(key))
+    return "\n".join(section for key in scene_schema.schema().values()
+                     if not isinstance(key.kind, Unread) for section in _sections(key))
 
 
 def _sections(key: Key) -> list[str]:

@@ -248,6 +248,16 @@ class Named:
 
 
 @dataclass(frozen=True)
+class Unread:
+    """A table that somebody else reads."""
+
+    expected: str = "a table"
+
+    def read(self, value, place: Place) -> dict:
+        return value if isinstance(value, dict) else place.fail(f"{_written(value)}, expected {self.expected}")
+
+
+@dataclass(frozen=True)
 class LobeTable:
     """A lobe of the library with its parameters; their ranges are those of the GLSL headers."""
 
@@ -425,6 +435,7 @@ def _schema() -> dict[str, Key]:
             "directional": (Key("direction", vector(), "towards the light"),
                             Key("irradiance", colour(), "of a surface that faces it", unit="W/m²")),
         }, "type", 'a table with type = "rectangle", "sphere", "point" or "directional"')), "what shines", ()),
+        Key("view", Unread(), "what the viewer shows of it", None),
     )}
 
 

@@ -1,0 +1,576 @@
+"""The window's frames: layout, keys, files, and the picture in the middle."""
+
+from __future__ import annotations
+
+import copy
+import statistics
+import time
+from collections import deque
+from pathlib import Path
+
+import numpy as np
+from imgui_bundle import imgui, implot
+
+from ..lab import catalogue, files, gl, scene_schema
+from ..lab.errors import InputError
+from ..lab.paths import GLSL
+from . import camera, lobe_panel, numbers_panel, objects, plots, scene_panel, shortcuts, theme
+from . import state as states
+from .display import Display, JobTexture
+from .imgui_gl import Renderer
+from .picture import Geometry, Picture, Programs
+from .services import Services
+from .state import AGAINST, MODES, TONES, State
+from .truth import Truth
+
+WELCOME = "Drag in the picture to turn the camera, drag the bar to compare shader and reference; F1 shows all keys."
+IDLE_SECONDS = 0.25  # how long a frame may wait when nothing happens
+FLICKER_SECONDS = 0.5
+WATCH_SECONDS = 0.5
+NUMBERS_SECONDS = 0.4  # between two readings of the whole picture
+GRAB = 0.35  # em, half the width of what drags the divider
+MESHES, PICTURES, SESSIONS = (".obj", ".ply", ".stl", ".gltf", ".glb"), (".exr",), (".toml",)
+
+
+class App:
+    """The viewer in a window of any kind. `frame` does one frame; the caller decides how often."""
+
+    def __init__(self, window, state: State | None = None):
+        self.window, self.state = window, state or states.initial()
+        self.gl = window.gl
+        info = self.gl.info
+        self.context = gl.Context("window", self.gl, info["GL_RENDERER"], info["GL_VERSION"])
+        require_float_targets(self.gl)
+        imgui.set_current_context(imgui.create_context())
+        implot.create_context()
+        io = imgui.get_io()
+        io.set_ini_filename("")
+        io.config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
+        theme.apply(window.density)
+        window.listen()
+        self.renderer = Renderer(self.gl)
+        self.programs, geometry = Programs(self.context), Geometry(self.gl)
+        self._geometry = geometry
+        self.pictures = {side: Picture(self.context, self.programs, geometry) for side in states.SIDES}
+        self.display, self.reference = Display(self.gl), JobTexture(self.gl)
+        self.services = Services(self.context, window.wake)
+        self.truth = Truth(window.wake)
+        self.layout = theme.Layout()
+        self.help, self.asking = False, None
+        self._asked_path, self._focus_path = "", False
+        self._last_good = copy.deepcopy(self.state)
+        self._failed = ""
+        self._frames: deque = deque(maxlen=60)
+        self._draws: deque = deque(maxlen=30)
+        self._began = self._watched = self._read = time.perf_counter()
+        self._stamps = stamps()
+        self._read_key = None
+        self.size = (0, 0)  # of the picture, pixels
+        self.picture_rect = (0.0, 0.0, 1.0, 1.0)  # x, y, width, height in ImGui's coordinates
+        self._hold = None  # what the mouse drags in the picture
+        self._more = False  # work for OpenGL that waits
+        self.services.notice(WELCOME)
+
+    # One frame.
+
+    def frame(self) -> None:
+        now = time.perf_counter()
+        io = imgui.get_io()
+        io.display_size = imgui.ImVec2(*self.window.size)
+        io.display_framebuffer_scale = imgui.ImVec2(*(p / max(s, 1) for p, s in zip(self.window.pixels, self.window.size)))
+        io.delta_time = max(now - self._began, 1e-4)
+        self._frames.append(now - self._began)
+        self._began = now
+        self.services.frame_ms = 1e3 * statistics.median(self._frames)
+        self._watch(now)
+        self._take_dropped()
+        imgui.new_frame()
+        shortcuts.handle(self)
+        self._draw_layout()
+        self._draw_picture(now)
+        imgui.render()
+        target = self.window.target
+        target.use()
+        self.gl.clear(*display_background(), 1.0)
+        self.renderer.render(target)
+        self.window.present()
+        self._more = self.services.run_gl_work()
+
+    def run(self, frames: int | None = None) -> None:
+        """Frames until the window closes."""
+        while not self.window.closing and frames != 0:
+            self.window.poll(0.0 if self.busy else IDLE_SECONDS)
+            self.frame()
+            frames = None if frames is None else frames - 1
+
+    @property
+    def busy(self) -> bool:
+        """Whether the next frame would differ from this one without anything happening."""
+        io = imgui.get_io()
+        moving = any(io.mouse_down) or io.mouse_wheel or self._more or self.state.mode == "flicker"
+        return bool(moving or not self.reference.settled or not all(self.pictures[s].whole for s in self._sides())
+                    or (self.reference.job and self.reference.job.dirty) or any(imgui.is_key_down(k) for k in shortcuts.HELD))
+
+    def release(self) -> None:
+        self.truth.stop()
+        for thing in (*self.pictures.values(), self._geometry, self.renderer):
+            thing.release()
+        implot.destroy_context()
+        imgui.destroy_context()
+        self.window.release()
+
+    # Layout.
+
+    def _draw_layout(self) -> None:
+        size, layout = imgui.get_io().display_size, self.layout
+        flags = (imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_saved_settings
+                 | imgui.WindowFlags_.no_bring_to_front_on_focus | imgui.WindowFlags_.no_scroll_with_mouse)
+        imgui.set_next_window_pos((0, 0))
+        imgui.set_next_window_size(size)
+        imgui.begin("viewer", None, flags)
+        em = imgui.get_font_size()
+        gap = 0.4 * em
+        self._toolbar()
+        inner = imgui.get_content_region_avail()
+        left, right, bottom = layout.fitted(inner.x, inner.y, em)
+        middle = inner.x - left - right - 2 * gap
+        self._panel("lobes", left, inner.y)(lambda: lobe_panel.draw(self.state, self.services))
+        imgui.same_line(0, 0)
+        layout.left += layout.splitter("left", gap, inner.y, 0) / em
+        imgui.same_line(0, 0)
+        imgui.begin_group()
+        above = inner.y - bottom - gap
+        self._panel("picture", middle, above, padded=False)(lambda: self._picture_area(middle, above))
+        layout.bottom -= layout.splitter("bottom", middle, gap, 1) / em
+        self._panel("plots", middle, bottom)(lambda: plots.draw(self.state, self.services))
+        imgui.end_group()
+        imgui.same_line(0, 0)
+        layout.right -= layout.splitter("right", gap, inner.y, 0) / em
+        imgui.same_line(0, 0)
+        self._panel("right", right, inner.y)(self._right)
+        imgui.end()
+        if self.help:
+            help_overlay(size.x, size.y)
+        self._path_dialog()
+
+    def _panel(self, name: str, width: float, height: float, padded: bool = True):
+        def draw(content) -> None:
+            flags = imgui.ChildFlags_.borders if padded else imgui.ChildFlags_.none
+            spacing = imgui.get_style().item_spacing
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(spacing.x, 0.0))
+            imgui.begin_child(name, (width, height), flags)
+            imgui.pop_style_var()
+            content()
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(spacing.x, 0.0))
+            imgui.end_child()
+            imgui.pop_style_var()
+        return draw
+
+    def _right(self) -> None:
+        if imgui.begin_tab_bar("right"):
+            for name, content in (("Numbers", numbers_panel), ("Scene", scene_panel)):
+                flags = imgui.TabItemFlags_.set_selected if self.layout.tab == name else 0
+                if imgui.begin_tab_item(name, None, flags)[0]:
+                    if imgui.begin_child(f"{name} content"):
+                        content.draw(self.state, self.services)
+                    imgui.end_child()
+                    imgui.end_tab_item()
+            self.layout.tab = ""
+            imgui.end_tab_bar()
+
+    def _toolbar(self) -> None:
+        state = self.state
+        for i, mode in enumerate(MODES):
+            if theme.toggle(f"{i + 1} {mode.capitalize()}", state.mode == mode):
+                state.mode = mode
+            imgui.same_line()
+        em = imgui.get_font_size()
+        imgui.same_line(0, em)
+        imgui.set_next_item_width(6.5 * em)
+        if imgui.begin_combo("##against", f"A : {state.against}"):
+            for name in AGAINST:
+                if imgui.selectable(f"A : {name}", state.against == name)[0]:
+                    state.against = name
+            imgui.end_combo()
+        imgui.set_item_tooltip("What A is held against: its reference, or lobe B (key B)")
+        imgui.same_line()
+        imgui.set_next_item_width(6.5 * em)
+        if state.mode == "difference":
+            changed, value = imgui.slider_float("##scale", state.scale, 1e-9, 10.0, "%.1e",
+                                                imgui.SliderFlags_.logarithmic)
+            state.scale = min(max(value, 1e-12), 1e6) if changed else state.scale
+            imgui.set_item_tooltip("The difference that has full colour (keys , and .); key A fits it")
+        else:
+            state.exposure = imgui.slider_float("##exposure", state.exposure, -8.0, 8.0, "%+.1f stops")[1]
+            imgui.set_item_tooltip("Exposure (keys , and .)")
+        imgui.same_line()
+        imgui.set_next_item_width(5.5 * em)
+        if imgui.begin_combo("##tone", state.tone):
+            for name in TONES:
+                if imgui.selectable(name, state.tone == name)[0]:
+                    state.tone = name
+            imgui.end_combo()
+        imgui.set_item_tooltip("Tone curve of the display alone (key T)")
+        imgui.same_line()
+        if imgui.button("Files"):
+            imgui.open_popup("files")
+        imgui.same_line()
+        if imgui.button("?"):
+            self.help = not self.help
+        imgui.set_item_tooltip("All keys (F1)")
+        if imgui.begin_popup("files"):
+            for name, (label, key, _) in FILES.items():
+                if imgui.menu_item(label, key, False)[0]:
+                    self.ask_path(name)
+            imgui.end_popup()
+
+    # The picture.
+
+    def _picture_area(self, width: float, height: float) -> None:
+        scale = imgui.get_io().display_framebuffer_scale
+        self.size = max(int(width * scale.x), 16), max(int(height * scale.y), 16)
+        at = imgui.get_cursor_screen_pos()
+        self.picture_rect = at.x, at.y, width, height
+        self.display.resize(self.size)
+        imgui.image(self.renderer.show(self.display.texture), (width, height), (0, 1), (1, 0))
+        imgui.set_cursor_screen_pos(at)
+        imgui.set_next_item_allow_overlap()
+        imgui.invisible_button("the picture", (width, height), imgui.ButtonFlags_.mouse_button_left
+                               | imgui.ButtonFlags_.mouse_button_right | imgui.ButtonFlags_.mouse_button_middle)
+        self._mouse(imgui.is_item_hovered(), imgui.is_item_active())
+        self._overlay(at.x, at.y, width, height)
+
+    def _mouse(self, hovered: bool, active: bool) -> None:
+        io, state = imgui.get_io(), self.state
+        x, y, width, height = self.picture_rect
+        u, v = (io.mouse_pos.x - x) / width, (io.mouse_pos.y - y) / height
+        near = state.mode == "split" and abs(u - state.divider) * width < GRAB * imgui.get_font_size()
+        if hovered and (near or self._hold == "divider"):
+            imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        if imgui.is_item_activated():
+            panning = io.key_shift or any(imgui.is_mouse_down(b) for b in (1, 2))
+            self._hold = "divider" if near and not panning else "pan" if panning else "orbit"
+        if active and self._hold == "divider":
+            state.divider = min(max(u, 0.0), 1.0)
+        elif active and self._hold == "orbit":
+            camera.orbit(state, -3.5 * io.mouse_delta.x / height, 3.5 * io.mouse_delta.y / height)
+        elif active and self._hold == "pan":
+            camera.pan(state, -io.mouse_delta.x / height, io.mouse_delta.y / height)
+        elif not active:
+            self._hold = None
+        if hovered and io.mouse_wheel:
+            camera.zoom(state, 0.9**io.mouse_wheel)
+        inside = hovered and 0 <= u < 1 and 0 <= v < 1
+        if inside and self._hold != "orbit":
+            self.services.look_at(state, lambda s: self.truth.scene("direct", s), int(u * self.size[0]),
+                                  int(v * self.size[1]), self.size)
+        elif not inside:
+            self.services.pixel = None
+
+    def _overlay(self, x: float, y: float, width: float, height: float) -> None:
+        state, em = self.state, imgui.get_font_size()
+        draw = imgui.get_window_draw_list()
+        second = self._second_name()
+        if state.mode == "split":
+            at = x + state.divider * width
+            draw.add_line((at, y), (at, y + height), theme.ACCENT, 0.12 * em)
+            theme.label(draw, at - 0.5 * em, y + 0.4 * em, "A shader", right=True)
+            theme.label(draw, at + 0.5 * em, y + 0.4 * em, second)
+        else:
+            name = {"shader": "A shader", "reference": second, "difference": f"A shader - {second}",
+                    "flicker": second if self._second() else "A shader"}[state.mode]
+            theme.label(draw, x + 0.5 * em, y + 0.4 * em, name)
+        if state.mode == "difference":
+            theme.scale(draw, x + 0.5 * em, y + 2.2 * em, state.scale)
+        if status := self._status():
+            theme.label(draw, x + width - 0.5 * em, y + height - 1.8 * em, status, right=True)
+        self._notices(draw, x, y + height, width)
+
+    def _second_name(self) -> str:
+        return "B shader" if self.state.against == "B" else f"{self.state.reference} reference"
+
+    def _status(self) -> str:
+        if self.state.against == "B":
+            return ""
+        job = self.services.job
+        if job is None:
+            return ""
+        if job.failure:
+            return "no reference"
+        if job.state.reference == "direct":
+            return "reference: every pixel" if job.done else f"reference: {100 * job.rows // job.size[1]} % of the rows"
+        error = f", error {100 * job.error:.2g} % of the mean" if np.isfinite(job.error) else ""
+        return f"reference: {job.samples} samples{error}"
+
+    def _notices(self, draw, x: float, bottom: float, width: float) -> None:
+        em, now = imgui.get_font_size(), time.monotonic()
+        self.services.notices = [n for n in self.services.notices if n.until > now]
+        y = bottom - 2.2 * em
+        for notice in reversed(self.services.notices):
+            y -= theme.notice(draw, x + 0.5 * em, y, width - 1.0 * em, notice.text, notice.is_error)
+
+    def _second(self) -> bool:
+        """Whether mode flicker shows the second picture now."""
+        return int(time.perf_counter() / FLICKER_SECONDS) % 2 == 1
+
+    def _sides(self) -> tuple[str, ...]:
+        return ("A", "B") if self.state.against == "B" else ("A",)
+
+    def _draw_picture(self, now: float) -> None:
+        state = self.state
+        try:
+            before = sum(self.pictures[s].version for s in self._sides())
+            for side in self._sides():
+                self.pictures[side].update(state, state.sides[side], self.size)
+            if sum(self.pictures[s].version for s in self._sides()) != before and self.pictures["A"].whole:
+                self._draws.append(self.pictures["A"].seconds)
+                self.services.picture_ms = 1e3 * statistics.median(self._draws)
+            self._last_good = copy.deepcopy(state)
+            self._failed = ""
+        except (InputError, gl.CompileError) as error:
+            self._undo(error)
+            return
+        left = self.pictures["A"]
+        if state.against == "B":
+            self.services.job = None
+            if self.truth.job:
+                self.truth.job.cancelled = True
+                self.truth.job = None
+            right, flipped, version = self.pictures["B"].texture, False, self.pictures["B"].version
+        else:
+            self._ask_truth()
+            right, flipped, version = self.reference.texture, True, self.reference.version
+        self.display.draw(state, left.texture, right, flipped, (left.version, version), self._second())
+        self._take_images(now)
+
+    def _ask_truth(self) -> None:
+        state = self.state
+        key = (self.size, state.reference, state.object, repr((state.placement, state.eye, state.target, state.fov,
+               state.lights, state.environment, state.sides["A"], state.depth if state.reference == "traced" else 0)))
+        job = self.services.job = self.truth.ask(key, state, self.size)
+        self.reference.update(job)
+        if job.failure and job.failure != self._failed:
+            self._failed = job.failure
+            self.services.notice(f"no reference: {job.failure}", is_error=True)
+
+    def _undo(self, error: Exception) -> None:
+        """Goes back to the last state that could be drawn."""
+        self.services.notice(self._told(error), is_error=True)
+        kept = copy.deepcopy(self._last_good)
+        self.state.__dict__.update(kept.__dict__)
+
+    def _told(self, error: Exception) -> str:
+        return f"the shader does not compile: {error}" if isinstance(error, gl.CompileError) else str(error)
+
+    def _take_images(self, now: float) -> None:
+        """Reads both pictures back for whoever counts their errors, now and then."""
+        job, left = self.services.job, self.pictures["A"]
+        if job is None or not left.whole or job.version == 0 or now - self._read < NUMBERS_SECONDS:
+            return
+        if job.state.reference == "direct" and not job.done:
+            return
+        key = (job.key, job.version, left.version)
+        if key != self._read_key:
+            self._read, self._read_key = now, key
+            self.services.take_images(key, left.read().copy(), job.image.copy())
+
+    # Files.
+
+    def _take_dropped(self) -> None:
+        while self.window.dropped:
+            self.open(self.window.dropped.pop(0))
+
+    def open(self, path: Path) -> None:
+        """Takes a mesh, an environment or a session. What is none is told, and all stays as it is."""
+        try:
+            self._open(Path(path))
+        except (InputError, MemoryError, OSError) as error:
+            self.services.notice(str(error) or f"{path}: does not fit into memory", is_error=True)
+
+    def _open(self, path: Path) -> None:
+        suffix = path.suffix.lower()
+        if suffix in SESSIONS:
+            state, notes = states.load(path)
+            objects.thing(state)
+            if state.environment:
+                objects.environment_pixels(state.environment.file)
+            self.state.__dict__.update(state.__dict__)
+            for note in notes:
+                self.services.notice(note)
+            self.window.title(f"{path.name} - Lobe")
+        elif suffix in MESHES:
+            trial = copy.deepcopy(self.state)
+            trial.object, trial.placement = str(path.resolve()), {}
+            objects.thing(trial)
+            self.state.object, self.state.placement = trial.object, {}
+        elif suffix in PICTURES:
+            objects.environment_pixels(path.resolve())
+            self.state.environment = states.Environment(path.resolve())
+        else:
+            expected = " ".join((*MESHES, *PICTURES, *SESSIONS))
+            raise InputError(f"{path}: is of an unknown kind, expected {expected}")
+
+    def ask_path(self, what: str) -> None:
+        """Opens the dialog that asks for a file's name."""
+        self.asking, self._asked_path, self._focus_path = what, FILES[what][2], True
+
+    def _path_dialog(self) -> None:
+        if not self.asking:
+            return
+        label = FILES[self.asking][0]
+        imgui.open_popup(label)
+        em = imgui.get_font_size()
+        center = imgui.get_main_viewport().get_center()
+        imgui.set_next_window_pos(center, imgui.Cond_.always, (0.5, 0.5))
+        imgui.set_next_window_size((32 * em, 0))
+        if imgui.begin_popup_modal(label, None, imgui.WindowFlags_.always_auto_resize)[0]:
+            if self._focus_path:
+                imgui.set_keyboard_focus_here()
+                self._focus_path = False
+            imgui.set_next_item_width(-1)
+            entered, self._asked_path = imgui.input_text("##path", self._asked_path,
+                                                         imgui.InputTextFlags_.enter_returns_true)
+            imgui.text_disabled(f"in {Path.cwd()}")
+            if imgui.button("OK") or entered:
+                self.finish_path(Path(self._asked_path).expanduser())
+            imgui.same_line()
+            if imgui.button("Cancel") or imgui.is_key_pressed(imgui.Key.escape):
+                self.asking = None
+            if not self.asking:
+                imgui.close_current_popup()
+            imgui.end_popup()
+
+    def finish_path(self, path: Path) -> None:
+        what, self.asking = self.asking, None
+        if what == "open":
+            return self.open(path)
+        try:
+            {"session": self.save_session, "png": self.save_png, "exr": self.save_exr}[what](path)
+            self.services.notice(f"{path}: written")
+        except (InputError, OSError) as error:
+            self.services.notice(str(error), is_error=True)
+
+    def save_session(self, path: Path) -> None:
+        states.save(self.state, path, self.size)
+
+    def save_png(self, path: Path) -> None:
+        """The picture as it is shown."""
+        files.write_png(path, self.display.read())
+
+    def save_exr(self, path: Path) -> None:
+        """Linear, the layers shader, and reference or B and the difference where these are complete."""
+        left = self.pictures["A"].read()
+        layers = {"RGB": left[..., :3], "shader": left[..., :3], "coverage": left[..., 3]}
+        if self.state.against == "B":
+            layers["B"] = self.pictures["B"].read()[..., :3]
+            layers["difference"] = left[..., :3] - layers["B"]
+        elif self.services.job and self.services.job.version:
+            layers["reference"] = self.services.job.image[..., :3].copy()
+            layers["difference"] = left[..., :3] - layers["reference"]
+        files.write_exr(path, layers)
+
+    def screenshot(self) -> np.ndarray:
+        """The window's colours [h, w, 3] uint8, row 0 on top."""
+        target = self.window.target
+        width, height = target.size
+        return np.frombuffer(target.read(components=3, alignment=1), np.uint8).reshape(height, width, 3)[::-1].copy()
+
+    # Hot reload.
+
+    def _watch(self, now: float) -> None:
+        if now - self._watched < WATCH_SECONDS:
+            return
+        self._watched = now
+        if (seen := stamps()) != self._stamps:
+            self._stamps = seen
+            self.reload()
+
+    def reload(self) -> None:
+        """Takes the shaders of glsl/ as they are now; where they do not compile, the last good ones stay."""
+        try:
+            library = catalogue.load.__wrapped__(GLSL)
+            require_compiles(self.context, library)
+            known = {f.key: f for f in library.functions}
+            lists = [[lobe for lobe in self.state.sides[side] if lobe.key in known] for side in states.SIDES]
+            self.programs.replace(library, [lobes for lobes in lists if lobes])
+        except (InputError, gl.CompileError) as error:
+            self.services.notice(str(error), is_error=True)
+            return
+        catalogue.load.cache_clear()
+        scene_schema.lobes.cache_clear()
+        self._geometry.forget_arrays()
+        for side in states.SIDES:
+            self.state.sides[side] = [states.matched(lobe, known) for lobe in self.state.sides[side]]
+        self.services.reloaded(library)
+        self.services.notices = [n for n in self.services.notices if not n.is_error]
+        self.services.notice("glsl/ was read again; the reference is as it was built")
+
+    def fit_scale(self) -> None:
+        """Chooses the scale of mode difference from the picture, as the reports do."""
+        left = self.pictures["A"].read()
+        right = self.pictures["B"].read() if self.state.against == "B" else self.services.job.image
+        both = (left[..., 3] == 1) & (right[..., 3] == 1)
+        errors = np.abs(left[both][:, :3].astype(float) - right[both][:, :3])
+        errors = errors[np.isfinite(errors)]
+        if len(errors) and (typical := np.quantile(errors, 0.995)) > 0:
+            self.state.scale = float(typical)
+
+
+def help_overlay(width: float, height: float) -> None:
+    """All keys, in the middle of the window."""
+    imgui.set_next_window_pos((width / 2, height / 2), imgui.Cond_.always, (0.5, 0.5))
+    imgui.begin("All keys (F1)", None, imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move
+                | imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse)
+    for title, rows in shortcuts.HELP:
+        imgui.separator_text(title)
+        if imgui.begin_table(title, 2, imgui.TableFlags_.sizing_fixed_fit):
+            imgui.table_setup_column("key", 0, 14 * imgui.get_font_size())
+            for key, meaning in rows:
+                imgui.table_next_row()
+                imgui.table_next_column()
+                imgui.text(key)
+                imgui.table_next_column()
+                imgui.text_disabled(meaning)
+            imgui.end_table()
+    imgui.end()
+
+
+FILES = {"open": ("Open mesh, environment or session", "Ctrl+O", ""), "session": ("Save session", "Ctrl+S", "session.toml"),
+         "png": ("Save PNG", "Ctrl+P", "lobe.png"), "exr": ("Save EXR", "Ctrl+E", "lobe.exr")}
+
+
+def display_background() -> tuple[float, float, float]:
+    return tuple(imgui.get_style_color_vec4(imgui.Col_.window_bg))[:3]
+
+
+def stamps() -> dict[Path, int]:
+    """When each file of the library was written."""
+    found = {}
+    for path in GLSL.glob("*.glsl"):
+        try:
+            found[path] = path.stat().st_mtime_ns
+        except OSError:
+            pass  # an editor is replacing it
+    return found
+
+
+def require_compiles(context: gl.Context, library: catalogue.Catalogue) -> None:
+    """InputError with file and line where the whole library does not compile."""
+    texts = "".join(gl.numbered(file.text, i + 1) for i, file in enumerate(library.files))
+    source = f"#version 330\n{texts}\nout vec4 lobe_out;\nvoid main() {{ lobe_out = vec4(1.0); }}\n"
+    try:
+        gl.program(context, "#version 330\nvoid main() { gl_Position = vec4(0.0); }\n", source).release()
+    except gl.CompileError as error:
+        place = f"{library.files[error.file - 1].path}:{error.line}" if error.file else "glsl"
+        raise InputError(f"{place}: {error.message}; the last good shader stays") from None
+
+
+def require_float_targets(device) -> None:
+    """InputError where pictures cannot be drawn in float32."""
+    try:
+        texture = device.texture((4, 4), 4, dtype="f4")
+        device.framebuffer([texture]).release()
+        texture.release()
+    except Exception as error:  # moderngl's own
+        raise InputError(f"view: {device.info['GL_RENDERER']} cannot draw into float32 textures ({error}), expected "
+                         "OpenGL 3.3 with EXT_color_buffer_float; LIBGL_ALWAYS_SOFTWARE=1 takes Mesa's own") from None

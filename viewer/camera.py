@@ -1,0 +1,73 @@
+"""The camera in the hand: orbit, pan, zoom."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..lab import scenes
+from .state import State
+
+STEEPEST = 0.995  # of the cosine to up, so that the picture keeps an upper side
+NEAREST, FARTHEST = 0.3, 200.0
+
+
+def orbit(state: State, right: float, up: float) -> None:
+    """Turns the camera around its target, radians."""
+    target = np.array(state.target)
+    away = np.array(state.eye) - target
+    distance = np.linalg.norm(away)
+    azimuth, elevation = np.arctan2(away[0], away[2]) + right, np.arcsin(np.clip(away[1] / distance, -1, 1)) + up
+    elevation = np.clip(elevation, -np.arcsin(STEEPEST), np.arcsin(STEEPEST))
+    ring = np.cos(elevation)
+    _move(state, target + distance * np.array((ring * np.sin(azimuth), np.sin(elevation), ring * np.cos(azimuth))), target)
+
+
+def pan(state: State, right: float, up: float) -> None:
+    """Moves eye and target, in heights of the picture."""
+    eye, target = np.array(state.eye), np.array(state.target)
+    back = eye - target
+    distance = np.linalg.norm(back)
+    back /= distance
+    x = np.cross(scenes.UP, back)
+    x /= np.linalg.norm(x)
+    shift = (right * x + up * np.cross(back, x)) * 2 * distance * np.tan(np.radians(state.fov) / 2)
+    _move(state, eye + shift, target + shift)
+
+
+def zoom(state: State, factor: float) -> None:
+    """Multiplies the distance to the target."""
+    target = np.array(state.target)
+    away = np.array(state.eye) - target
+    distance = np.linalg.norm(away)
+    _move(state, target + away * np.clip(distance * factor, NEAREST, FARTHEST) / distance, target)
+
+
+def reset(state: State) -> None:
+    state.eye, state.target, state.fov = scenes.EYE, scenes.TARGET, scenes.FOV_Y
+
+
+def turned(vector, right: float, up: float) -> tuple[float, float, float]:
+    """A direction or position turned around the origin, as the camera by orbit."""
+    vector = np.array(vector, float)
+    length = np.linalg.norm(vector)
+    azimuth, elevation = np.arctan2(vector[0], vector[2]) + right, np.arcsin(np.clip(vector[1] / length, -1, 1)) + up
+    elevation = np.clip(elevation, -np.pi / 2, np.pi / 2)
+    ring = np.cos(elevation)
+    return _plain(length * np.array((ring * np.sin(azimuth), np.sin(elevation), ring * np.cos(azimuth))))
+
+
+def basis(state: State) -> np.ndarray:
+    """Rows: right, up and back of the camera."""
+    back = np.array(state.eye) - np.array(state.target)
+    back /= np.linalg.norm(back)
+    right = np.cross(scenes.UP, back)
+    right /= np.linalg.norm(right)
+    return np.array((right, np.cross(back, right), back))
+
+
+def _move(state: State, eye, target) -> None:
+    state.eye, state.target = _plain(eye), _plain(target)
+
+
+def _plain(vector) -> tuple[float, float, float]:
+    return tuple(float(x) for x in vector)

@@ -1,0 +1,201 @@
+"""The reference's picture, made in the background by threads of low priority while the window stays quick."""
+
+from __future__ import annotations
+
+import copy
+import math
+import os
+import threading
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..lab.errors import InputError
+from . import objects
+from .state import State
+
+NICE = 19
+PASS_SECONDS = 0.2  # of one call into the tracer, after which a change is noticed
+STRIP_VALUES = 1 << 16  # pixels times lights that are computed at once
+MOST_SAMPLES = 1 << 14
+GOOD_ENOUGH = 1e-3  # standard error over the mean at which a traced picture is done
+COARSE = 4  # pixels of the first look, along each side
+UNKNOWN, LOOK, BACKGROUND, OBJECT = 0.0, 0.25, 0.5, 1.0  # what alpha says of a pixel
+
+
+@dataclass
+class Job:
+    """A picture that was asked for. `image` [h, w, 4] has row 0 on top, and fills while the job runs; `changed` are the
+    rows that are new since the window last took them."""
+
+    key: object
+    state: State
+    size: tuple[int, int]
+    image: np.ndarray
+    version: int = 0  # grows with every change of the image
+    rows: int = 0  # that are done, direct
+    samples: int = 0
+    error: float = math.inf  # standard error over the mean; 0 where there is no noise
+    done: bool = False
+    failure: str = ""
+    cancelled: bool = False
+    seconds: float = 0.0
+    dirty: list[tuple[int, int]] = field(default_factory=list)  # ranges of rows
+
+
+class Truth:
+    """Runs the newest job; an older one ends as soon as it notices."""
+
+    def __init__(self, changed=lambda: None):
+        self._changed = changed
+        self._condition = threading.Condition()
+        self._asked: Job | None = None
+        self._stop = False
+        self._scenes: dict = {}
+        self._scene_lock = threading.Lock()
+        self.job: Job | None = None
+        self._thread = threading.Thread(target=self._run, daemon=True, name="lobe-truth")
+        self._thread.start()
+
+    def ask(self, key, state: State, size: tuple[int, int]) -> Job:
+        """The job with this key: the one that runs, or a new one."""
+        if self.job is None or self.job.key != key:
+            if self.job:
+                self.job.cancelled = True
+            self.job = Job(key, copy.deepcopy(state), size, np.zeros((size[1], size[0], 4), np.float32))
+            with self._condition:
+                self._asked = self.job
+                self._condition.notify()
+        return self.job
+
+    def stop(self) -> None:
+        if self.job:
+            self.job.cancelled = True
+        with self._condition:
+            self._stop = True
+            self._condition.notify()
+        self._thread.join(timeout=10)
+
+    def _run(self) -> None:
+        low_priority()
+        while True:
+            with self._condition:
+                self._condition.wait_for(lambda: self._asked or self._stop)
+                if self._stop:
+                    return
+                job, self._asked = self._asked, None
+            started = time.perf_counter()
+            try:
+                (_direct if job.state.reference == "direct" else _traced)(self, job)
+            except (InputError, ValueError, MemoryError) as error:
+                job.failure = str(error) or "out of memory"
+            job.seconds = time.perf_counter() - started
+            job.done = not job.cancelled
+            self._changed()
+
+    def scene(self, kind: str, state: State):
+        """A scene of the reference, direct or traced, kept while object, lights and material stay. Of any thread."""
+        key = (state.object, repr((state.placement, state.lights, state.environment)),
+               repr(state.sides["A"]) if kind == "traced" else "")
+        with self._scene_lock:
+            if self._scenes.get(kind, (None,))[0] != key:
+                made = (objects.traced_scene if kind == "traced" else objects.direct_scene)(state)
+                self._scenes[kind] = key, made
+            return self._scenes[kind][1]
+
+    def publish(self, job: Job, first: int, rows: int) -> None:
+        job.dirty.append((first, rows))
+        job.version += 1
+        self._changed()
+
+
+def low_priority() -> None:
+    """Gives way to the window. Threads that the reference starts from here inherit it."""
+    try:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+    except (AttributeError, OSError):
+        pass  # no such thing on this system; the picture is only less smooth
+
+
+def _direct(truth: Truth, job: Job) -> None:
+    """Pixel centres, strip by strip, after a first look of fewer pixels."""
+    scene, camera = truth.scene("direct", job.state), objects.camera(job.state)
+    width, height = job.size
+    small = max(width // COARSE, 1), max(height // COARSE, 1)
+    look = np.zeros((small[1], small[0], 4), np.float32)
+    if not _fill(truth, job, scene, camera, look, lambda first, rows: None):
+        return
+    look[..., 3] = np.minimum(look[..., 3], LOOK)
+    job.image[:] = look[np.arange(height) * small[1] // height][:, np.arange(width) * small[0] // width]
+    truth.publish(job, 0, height)
+
+    def publish(first, rows):
+        job.rows = first + rows
+        truth.publish(job, first, rows)
+
+    if _fill(truth, job, scene, camera, job.image, publish):
+        job.samples, job.error = 1, 0.0
+
+
+def _fill(truth: Truth, job: Job, scene, camera, image: np.ndarray, publish) -> bool:
+    """Fills an image; False where the job was cancelled."""
+    height, width = image.shape[:2]
+    lights = max(len(objects.rays(job.state).colors), 1)
+    step = max(1, min(height, STRIP_VALUES // (width * lights)))
+    for first in range(0, height, step):
+        rows = min(step, height - first)
+        traced = scene.trace(camera, width, height, shadows=False, first=first, rows=rows)
+        if job.cancelled:
+            return False
+        mask = traced["object"] >= 0
+        N, T, V = (traced[name][mask] for name in "NTV")
+        total = np.zeros((len(N), 3))
+        for L, E in zip(traced["L"], traced["E"]):
+            total += objects.reference_value(job.state.sides["A"], N, T, V, L[mask]) * E[mask]
+            if job.cancelled:
+                return False
+        strip = np.zeros((rows, width, 4), np.float32)
+        strip[..., 3] = np.where(mask, OBJECT, BACKGROUND)
+        strip[mask, :3] = total
+        image[first : first + rows] = strip
+        publish(first, rows)
+    return True
+
+
+def _traced(truth: Truth, job: Job) -> None:
+    """Paths, sample after sample, after a first look of fewer pixels."""
+    from lobe import reference
+
+    scene, camera = truth.scene("traced", job.state), objects.camera(job.state)
+    width, height = job.size
+    mask = scene.trace(camera, width, height, shadows=False)["object"] >= 0
+    if job.cancelled:
+        return
+    small = max(width // COARSE, 1), max(height // COARSE, 1)
+    look = reference.Render(scene, camera, *small, depth=job.state.depth)
+    look.advance(4)
+    _take(truth, job, look.beauty()[np.arange(height) * small[1] // height][:, np.arange(width) * small[0] // width],
+          np.where(mask, LOOK, BACKGROUND))
+    alpha = np.where(mask, OBJECT, BACKGROUND)
+    render, count = reference.Render(scene, camera, width, height, depth=job.state.depth), 1
+    render.set_target(GOOD_ENOUGH)
+    while not job.cancelled and not render.finished and job.samples < MOST_SAMPLES:
+        before = time.perf_counter()
+        render.advance(count)
+        if job.cancelled:
+            return
+        job.samples += count
+        seconds = time.perf_counter() - before
+        count = max(1, min(2 * count, int(count * PASS_SECONDS / max(seconds, 1e-6))))
+        if job.samples > 1:
+            job.error = render.error()
+        _take(truth, job, render.beauty(), alpha)
+
+
+def _take(truth: Truth, job: Job, beauty: np.ndarray, alpha: np.ndarray) -> None:
+    for first in range(0, len(beauty), 64):  # in parts, so that none holds up the window
+        part = slice(first, first + 64)
+        job.image[part, :, :3] = np.where(alpha[part, :, None] == BACKGROUND, 0.0, beauty[part])
+        job.image[part, :, 3] = alpha[part]
+    truth.publish(job, 0, len(beauty))
