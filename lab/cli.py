@@ -193,6 +193,27 @@ def view(
     command.view(scene, mode, lobe, size, screenshot, frames, scale)
 
 
+@app.command()
+def fit(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A CSV table with the columns theta_i, phi_i, theta_o, "
+                                        "phi_o (degrees: light and view, theta from the normal, phi from T towards B) "
+                                        "and value, or value_r, value_g, value_b (1/sr, without the cosine); optional "
+                                        "weight, the solid angle of the row. Or a lobe, e.g. lobe_GGX.")],
+    lobes: Annotated[int, typer.Option("--lobes", min=1, max=3, help="Lobes beside the diffuse part.")] = 3,
+    settings: Settings = None,
+    anisotropic: Annotated[bool, typer.Option("--anisotropic", help="Let Cx and Cy of a table's fit differ; whether a "
+                                              "lobe needs it is found out.")] = False,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random starts.")] = 1,
+    output: Annotated[Optional[str], typer.Option("-o", "--output", metavar="FILE",
+                                                  help="Write the fit as JSON; - is stdout.")] = None,
+):
+    """Fit Lafortune's lobes to measurements, or to a lobe, and print the call of lobe_Lafortune that has them."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for small matrices threads only wait for each other
+    from . import commands
+
+    commands.fit(data, lobes, settings or [], anisotropic, seed, output)
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def test(ctx: typer.Context,
          full: Annotated[bool, typer.Option("--full", help="Also the long tests.")] = False):

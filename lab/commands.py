@@ -328,10 +328,10 @@ def _numbers(values: np.ndarray, form: str) -> str:
     return ", ".join(format(float(x), form) for x in np.atleast_1d(values))
 
 
-def refuse(options: dict, why: str) -> None:
+def refuse(options: dict, why: str, command: str = "reference") -> None:
     """InputError where one of the options is given."""
     if given := [name for name, value in options.items() if value]:
-        raise InputError(f"reference {given[0]}: {why}")
+        raise InputError(f"{command} {given[0]}: {why}")
 
 
 def set_threads(count: int) -> None:
@@ -426,3 +426,33 @@ def chart(family, device, peers, out, json) -> None:
     if json != "-":
         print(charts.summary(found))
         print(f"page: {written[-1]}")
+
+
+def fit(data: str, count: int, settings: list[str], anisotropic: bool, seed: int, output: str | None) -> None:
+    from . import lafortune, samples
+    from .progress import progress
+
+    if data.startswith("lobe_"):
+        refuse({"--anisotropic": anisotropic}, "whether a lobe needs it is found out; leave it out", "fit")
+        function = drawable_lobe(data)
+        given, anisotropic = samples.of_function(function, scene_settings(settings, (function,)))
+    else:
+        refuse({"--set": settings}, "expected a lobe, such as lobe_GGX, with this option", "fit")
+        given = samples.read(Path(data))
+    if output and output != "-":
+        files.output_file(output)
+    with progress() as step:
+        found = lafortune.fit(given, count, anisotropic, seed, step)
+    if output:
+        files.write_json(output, {"schema": SCHEMA, **lafortune.facts(found, seed)})
+    if output != "-":
+        print(lafortune.summary(found))
+
+
+def drawable_lobe(name: str) -> Function:
+    """The lobe of a name that takes N, V, L as vectors. InputError where there is none."""
+    found = [f for f in catalogue.load().find(name) if f.takes_vectors]
+    if not found:
+        raise InputError(f"{name}: is no lobe of N, V and L, expected one such as lobe_GGX; lobe list shows them")
+    compare_.require_reference(tuple(found[:1]))
+    return found[0]

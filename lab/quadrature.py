@@ -33,14 +33,15 @@ def framed(V, L, azimuth=0.0):
     return tuple(np.broadcast_to(x, L.shape) for x in (spherical(0.0, 0.0), spherical(np.pi / 2, azimuth), V, L))
 
 
-def lights(view):
-    """Lights over the hemisphere for a view at an angle from the normal; the weights hold NdotL.
+def lights(view, tilts=40, turns=32):
+    """Lights over the hemisphere for a view at an angle from the normal; the weights hold NdotL. The numbers of nodes
+    are of each piece of the rule, two of tilt and four of azimuth.
 
     Denser about the mirror direction; split where NdotL = NdotV and where the azimuths of V and L are at right angles.
     Each view has its own azimuth of T, so that none of an anisotropic lobe's symmetries is favoured.
     """
-    theta, theta_weight = joined(*(graded(view, end, 0.02, 40) for end in (0, np.pi / 2)))
-    phi, phi_weight = joined(*(graded(a, a + b, 0.02 * np.cos(view), 32)
+    theta, theta_weight = joined(*(graded(view, end, 0.02, tilts) for end in (0, np.pi / 2)))
+    phi, phi_weight = joined(*(graded(a, a + b, 0.02 * np.cos(view), turns)
                                for a in (np.pi, 0) for b in (-np.pi / 2, np.pi / 2)))
     weight = np.outer(theta_weight * np.sin(theta) * np.cos(theta), phi_weight).ravel()
     return framed(spherical(view, 0.0), spherical(theta[:, None], phi), azimuth=10 * view), weight

@@ -1,5 +1,9 @@
 """Options of the test suite."""
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for each other
+
 
 def pytest_addoption(parser):
     parser.addoption("--full", action="store_true", help="also run the tests marked full: large samples, long sweeps")

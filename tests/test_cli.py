@@ -353,7 +353,7 @@ def test_reference_writes_every_layer(lobe, tmp_path):
     assert (tmp_path / "out" / "gold-teapot-four.png").exists() and layers["RGB"].max() > 0
 
 
-@pytest.mark.parametrize("command", ["compare", "test", "list", "bundle", "eval", "reference"])
+@pytest.mark.parametrize("command", ["compare", "test", "list", "bundle", "eval", "reference", "fit"])
 def test_every_command_has_help(lobe, command):
     status, out, _ = lobe(command, "--help")
     assert status == 0 and "Usage" in out
