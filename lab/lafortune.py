@@ -141,7 +141,8 @@ def rounded(lobes: Lobes) -> Lobes:
     def few(x):
         return np.array([float(f"{v:.{DIGITS}g}") for v in np.ravel(x)]).reshape(np.shape(x))
 
-    return Lobes(float(few(lobes.diffuse)), few(lobes.C), few(lobes.exponent))
+    diffuse = float(few(lobes.diffuse))
+    return Lobes(diffuse if diffuse > 1e-6 else 0.0, few(lobes.C), few(lobes.exponent))  # bounds are never met exactly
 
 
 def facts(found: Fit, seed: int) -> dict:
