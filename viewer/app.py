@@ -53,6 +53,7 @@ class App:
         self._geometry = geometry
         self.pictures = {side: Picture(self.context, self.programs, geometry) for side in states.SIDES}
         self.display, self.reference = Display(self.gl), JobTexture(self.gl)
+        self._nothing = self.gl.texture((1, 1), 4, b"\0" * 4)  # of which the difference is not known
         self.services = Services(self.context, window.wake)
         self.truth = Truth(window.wake)
         self.layout = theme.Layout()
@@ -92,6 +93,7 @@ class App:
         target = self.window.target
         target.use()
         self.gl.clear(*display_background(), 1.0)
+        self._show_picture(target)
         self.renderer.render(target)
         self.window.present()
         self._more = self.services.run_gl_work()
@@ -113,6 +115,7 @@ class App:
 
     def release(self) -> None:
         self.truth.stop()
+        self.services.stop()
         for thing in (*self.pictures.values(), self._geometry, self.renderer):
             thing.release()
         implot.destroy_context()
@@ -124,7 +127,8 @@ class App:
     def _draw_layout(self) -> None:
         size, layout = imgui.get_io().display_size, self.layout
         flags = (imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_saved_settings
-                 | imgui.WindowFlags_.no_bring_to_front_on_focus | imgui.WindowFlags_.no_scroll_with_mouse)
+                 | imgui.WindowFlags_.no_bring_to_front_on_focus | imgui.WindowFlags_.no_scroll_with_mouse
+                 | imgui.WindowFlags_.no_background)
         imgui.set_next_window_pos((0, 0))
         imgui.set_next_window_size(size)
         imgui.begin("viewer", None, flags)
@@ -232,9 +236,6 @@ class App:
         at = imgui.get_cursor_screen_pos()
         self.picture_rect = at.x, at.y, width, height
         self.display.resize(self.size)
-        imgui.image(self.renderer.show(self.display.texture), (width, height), (0, 1), (1, 0))
-        imgui.set_cursor_screen_pos(at)
-        imgui.set_next_item_allow_overlap()
         imgui.invisible_button("the picture", (width, height), imgui.ButtonFlags_.mouse_button_left
                                | imgui.ButtonFlags_.mouse_button_right | imgui.ButtonFlags_.mouse_button_middle)
         self._mouse(imgui.is_item_hovered(), imgui.is_item_active())
@@ -286,6 +287,13 @@ class App:
             theme.label(draw, x + width - 0.5 * em, y + height - 1.8 * em, status, right=True)
         self._notices(draw, x, y + height, width)
 
+    def _show_picture(self, target) -> None:
+        """Below ImGui, since blending so many pixels would cost a third of a frame in software."""
+        scale = imgui.get_io().display_framebuffer_scale
+        x, y = round(self.picture_rect[0] * scale.x), round(self.picture_rect[1] * scale.y)
+        self.gl.viewport = x, target.size[1] - y - self.size[1], *self.size
+        self.display.present()
+
     def _second_name(self) -> str:
         return "B shader" if self.state.against == "B" else f"{self.state.reference} reference"
 
@@ -333,13 +341,12 @@ class App:
         left = self.pictures["A"]
         if state.against == "B":
             self.services.job = None
-            if self.truth.job:
-                self.truth.job.cancelled = True
-                self.truth.job = None
+            self.truth.cancel()
             right, flipped, version = self.pictures["B"].texture, False, self.pictures["B"].version
         else:
             self._ask_truth()
-            right, flipped, version = self.reference.texture, True, self.reference.version
+            stale = state.mode == "difference" and self.reference.job is not self.services.job
+            right, flipped, version = self._nothing if stale else self.reference.texture, True, self.reference.version
         self.display.draw(state, left.texture, right, flipped, (left.version, version), self._second())
         self._take_images(now)
 
@@ -348,7 +355,7 @@ class App:
         key = (self.size, state.reference, state.object, repr((state.placement, state.eye, state.target, state.fov,
                state.lights, state.environment, state.sides["A"], state.depth if state.reference == "traced" else 0)))
         job = self.services.job = self.truth.ask(key, state, self.size)
-        self.reference.update(job)
+        self.reference.update(self.truth.shown or job)
         if job.failure and job.failure != self._failed:
             self._failed = job.failure
             self.services.notice(f"no reference: {job.failure}", is_error=True)
@@ -473,7 +480,8 @@ class App:
         """The window's colours [h, w, 3] uint8, row 0 on top."""
         target = self.window.target
         width, height = target.size
-        return np.frombuffer(target.read(components=3, alignment=1), np.uint8).reshape(height, width, 3)[::-1].copy()
+        content = target.read(viewport=(0, 0, width, height), components=3, alignment=1)
+        return np.frombuffer(content, np.uint8).reshape(height, width, 3)[::-1].copy()
 
     # Hot reload.
 

@@ -43,7 +43,7 @@ def zoom(state: State, factor: float) -> None:
 
 
 def reset(state: State) -> None:
-    state.eye, state.target, state.fov = scenes.EYE, scenes.TARGET, scenes.FOV_Y
+    state.eye, state.target, state.fov = scenes.EYE, scenes.TARGET, State.fov
 
 
 def turned(vector, right: float, up: float) -> tuple[float, float, float]:

@@ -70,7 +70,12 @@ void main() {
     lobe_out = vec4(color, 1.0);
 }
 """
-SPLIT = MODES.index("split")
+_COPY = """#version 330
+uniform sampler2D lobe_texture;
+in vec2 lobe_uv;
+out vec4 lobe_out;
+void main() { lobe_out = texture(lobe_texture, lobe_uv); }
+"""
 BACKGROUND = (0.17, 0.18, 0.20)
 
 
@@ -81,6 +86,7 @@ class Display:
         self._device = device
         self._program = device.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
         self._array = device.vertex_array(self._program, [])
+        self._copy = device.vertex_array(device.program(vertex_shader=_VERTEX, fragment_shader=_COPY), [])
         for name, color in (("negative", pictures.NEGATIVE), ("zero", pictures.ZERO), ("positive", pictures.POSITIVE)):
             self._program[f"lobe_{name}"].value = tuple(c / 255 for c in color)
         self._program["lobe_background"].value = BACKGROUND
@@ -96,6 +102,7 @@ class Display:
             if thing:
                 thing.release()
         self.texture = self._device.texture(size, 4)
+        self.texture.filter = self._device.NEAREST, self._device.NEAREST
         self.texture.repeat_x = self.texture.repeat_y = False
         self._frame = self._device.framebuffer([self.texture])
         self._key = None
@@ -125,6 +132,12 @@ class Display:
         self._device.enable_only(self._device.NOTHING)
         self._array.render(self._device.TRIANGLES, vertices=3)
 
+    def present(self) -> None:
+        """Draws the texture into the viewport of the framebuffer that is in use."""
+        self.texture.use(0)
+        self._device.enable_only(self._device.NOTHING)
+        self._copy.render(self._device.TRIANGLES, vertices=3)
+
     def read(self) -> np.ndarray:
         """Colours [h, w, 3] uint8, row 0 on top."""
         width, height = self.texture.size
@@ -151,8 +164,6 @@ class JobTexture:
             self._write(job, 0, job.size[1])
         if job is not self.job:
             self.job, self._waiting = job, []
-            if job.version == 0:
-                return  # the last one's picture stays until there is something new
         while job.dirty:
             self._waiting.append(job.dirty.pop(0))
         left = self.ROWS

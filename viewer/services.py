@@ -87,7 +87,8 @@ class Services:
         self._work: queue.Queue = queue.Queue()
         self._gl_work: list = []
         self._images: tuple | None = None
-        threading.Thread(target=self._run, daemon=True, name="lobe-worker").start()
+        self._thread = threading.Thread(target=self._run, daemon=True, name="lobe-worker")
+        self._thread.start()
 
     @property
     def lobes(self) -> dict[str, tuple[Function, ...]]:
@@ -175,6 +176,13 @@ class Services:
         for slot in self._slots.values():
             slot.asked_key = slot.ready_key = None
 
+    def stop(self) -> None:
+        """Ends the worker after what it is at."""
+        for slot in self._slots.values():
+            slot.asked_key = None
+        self._work.put(None)
+        self._thread.join(timeout=10)
+
     def look_at(self, state: State, scene: Callable, x: int, y: int, size: tuple[int, int]) -> None:
         """Prepares `pixel`; scene(state) is the reference's."""
         key = (x, y, size, state.object, repr((state.placement, state.eye, state.target, state.fov, state.lights,
@@ -202,8 +210,8 @@ class Services:
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         except (AttributeError, OSError):
             pass
-        while True:
-            slot, key, work = self._work.get()
+        while (item := self._work.get()) is not None:
+            slot, key, work = item
             if slot.asked_key == key:
                 self._finish(slot, key, work)
                 self._wake()

@@ -19,7 +19,8 @@ SIDES = ("A", "B")
 OBJECTS = ("sphere", "teapot", "bunny", "suzanne", "plane")
 PLACEMENT = {"fit": None, "scale": (1.0, 1.0, 1.0), "rotate": (0.0, 0.0, 0.0), "translate": (0.0, 0.0, 0.0),
              "rest_on": None, "flat": False}
-START = "lobe_GGX"
+START = "lobe_GGX", "lobe_GGX_fast"  # A, and a cheaper B
+GOLD = (1.0, 0.78, 0.34)  # the f0 that the viewer starts with
 
 
 @dataclass
@@ -78,7 +79,7 @@ class State:
     placement: dict = field(default_factory=dict)
     eye: tuple[float, float, float] = scenes.EYE
     target: tuple[float, float, float] = scenes.TARGET
-    fov: float = scenes.FOV_Y  # degrees, from the lower edge of the picture to the upper
+    fov: float = 20.0  # degrees, from the lower edge of the picture to the upper
     lights: list[Light] = field(default_factory=list)
     environment: Environment | None = None
     sides: dict[str, list[Lobe]] = field(default_factory=dict)
@@ -102,7 +103,10 @@ class State:
 def initial() -> State:
     """What the viewer starts with."""
     lights = [Light(light.kind, light.vector, light.color) for light in scenes.RIGS["point"].lights]
-    return State(lights=lights, sides={"A": [default_lobe(START)], "B": [default_lobe("lobe_Lambert")]})
+    lights.append(Light("directional", (-0.9, 0.4, 0.6), (0.8, 0.9, 1.1)))
+    gold = {"f0": GOLD, "alpha": (0.3,)}
+    sides = {side: [Lobe(lobe.key, lobe.values | gold)] for side, lobe in zip(SIDES, map(default_lobe, START))}
+    return State(lights=lights, sides=sides, exposure=0.7)
 
 
 def lobes() -> dict[str, Function]:
@@ -119,7 +123,7 @@ def default_lobe(name: str) -> Lobe:
 def matched(lobe: Lobe, known: dict[str, Function]) -> Lobe:
     """The lobe with the parameters that a library read again has for it; another one where it is gone."""
     if lobe.key not in known:
-        return default_lobe(START)
+        return default_lobe(START[0])
     function = known[lobe.key]
     return Lobe(lobe.key, {p.name: lobe.values[p.name] if len(lobe.values.get(p.name, ())) == p.width else p.default
                            for p in function.parameters if not p.is_geometry})
@@ -224,7 +228,7 @@ class _Reader:
         a, b = self._material(thing["material"]), self.view["b"]
         if b and b not in known:
             (self.place / "view" / "b").fail(f"{b}: expected one of {', '.join(known)}")
-        return {"A": a, "B": self._material(b) if b else [default_lobe("lobe_Lambert")]}
+        return {"A": a, "B": self._material(b) if b else [default_lobe(START[1])]}
 
     def _material(self, name: str) -> list[Lobe]:
         material, place = self.described["materials"][name], self.place / "materials" / name

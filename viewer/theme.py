@@ -30,7 +30,7 @@ def apply(density: float) -> None:
     style.window_border_size = 0.0
     set_color = style.set_color_
     set_color(imgui.Col_.window_bg, imgui.ImVec4(0.11, 0.115, 0.125, 1.0))
-    set_color(imgui.Col_.child_bg, imgui.ImVec4(0.13, 0.135, 0.145, 1.0))
+    set_color(imgui.Col_.child_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))  # filling so much costs in software
     set_color(imgui.Col_.popup_bg, imgui.ImVec4(0.15, 0.155, 0.165, 0.98))
 
 

@@ -45,7 +45,13 @@ class Job:
 
 
 class Truth:
-    """Runs the newest job; an older one ends as soon as it notices."""
+    """
+    Runs the newest job; an older one ends as soon as it notices, but not before its first look, so that something is seen
+    while the camera moves.
+
+    job     the newest that was asked for
+    shown   the newest that has something to show
+    """
 
     def __init__(self, changed=lambda: None):
         self._changed = changed
@@ -55,6 +61,7 @@ class Truth:
         self._scenes: dict = {}
         self._scene_lock = threading.Lock()
         self.job: Job | None = None
+        self.shown: Job | None = None
         self._thread = threading.Thread(target=self._run, daemon=True, name="lobe-truth")
         self._thread.start()
 
@@ -69,9 +76,14 @@ class Truth:
                 self._condition.notify()
         return self.job
 
-    def stop(self) -> None:
+    def cancel(self) -> None:
+        """Nobody looks at the reference any more."""
         if self.job:
             self.job.cancelled = True
+            self.job = None
+
+    def stop(self) -> None:
+        self.cancel()
         with self._condition:
             self._stop = True
             self._condition.notify()
@@ -106,6 +118,7 @@ class Truth:
 
     def publish(self, job: Job, first: int, rows: int) -> None:
         job.dirty.append((first, rows))
+        self.shown = job
         job.version += 1
         self._changed()
 
@@ -124,8 +137,7 @@ def _direct(truth: Truth, job: Job) -> None:
     width, height = job.size
     small = max(width // COARSE, 1), max(height // COARSE, 1)
     look = np.zeros((small[1], small[0], 4), np.float32)
-    if not _fill(truth, job, scene, camera, look, lambda first, rows: None):
-        return
+    _fill(job, scene, camera, look, lambda first, rows: None, lambda: False)
     look[..., 3] = np.minimum(look[..., 3], LOOK)
     job.image[:] = look[np.arange(height) * small[1] // height][:, np.arange(width) * small[0] // width]
     truth.publish(job, 0, height)
@@ -134,26 +146,26 @@ def _direct(truth: Truth, job: Job) -> None:
         job.rows = first + rows
         truth.publish(job, first, rows)
 
-    if _fill(truth, job, scene, camera, job.image, publish):
+    if _fill(job, scene, camera, job.image, publish, lambda: job.cancelled):
         job.samples, job.error = 1, 0.0
 
 
-def _fill(truth: Truth, job: Job, scene, camera, image: np.ndarray, publish) -> bool:
-    """Fills an image; False where the job was cancelled."""
+def _fill(job: Job, scene, camera, image: np.ndarray, publish, cancelled) -> bool:
+    """Fills an image; False where that was cancelled."""
     height, width = image.shape[:2]
     lights = max(len(objects.rays(job.state).colors), 1)
     step = max(1, min(height, STRIP_VALUES // (width * lights)))
     for first in range(0, height, step):
         rows = min(step, height - first)
         traced = scene.trace(camera, width, height, shadows=False, first=first, rows=rows)
-        if job.cancelled:
+        if cancelled():
             return False
         mask = traced["object"] >= 0
         N, T, V = (traced[name][mask] for name in "NTV")
         total = np.zeros((len(N), 3))
         for L, E in zip(traced["L"], traced["E"]):
             total += objects.reference_value(job.state.sides["A"], N, T, V, L[mask]) * E[mask]
-            if job.cancelled:
+            if cancelled():
                 return False
         strip = np.zeros((rows, width, 4), np.float32)
         strip[..., 3] = np.where(mask, OBJECT, BACKGROUND)
@@ -169,14 +181,15 @@ def _traced(truth: Truth, job: Job) -> None:
 
     scene, camera = truth.scene("traced", job.state), objects.camera(job.state)
     width, height = job.size
-    mask = scene.trace(camera, width, height, shadows=False)["object"] >= 0
-    if job.cancelled:
-        return
     small = max(width // COARSE, 1), max(height // COARSE, 1)
     look = reference.Render(scene, camera, *small, depth=job.state.depth)
     look.advance(4)
-    _take(truth, job, look.beauty()[np.arange(height) * small[1] // height][:, np.arange(width) * small[0] // width],
-          np.where(mask, LOOK, BACKGROUND))
+    seen = scene.trace(camera, *small, shadows=False)["object"] >= 0
+    rows, columns = np.arange(height) * small[1] // height, np.arange(width) * small[0] // width
+    _take(truth, job, look.beauty()[rows][:, columns], np.where(seen, LOOK, BACKGROUND)[rows][:, columns])
+    if job.cancelled:
+        return
+    mask = scene.trace(camera, width, height, shadows=False)["object"] >= 0
     alpha = np.where(mask, OBJECT, BACKGROUND)
     render, count = reference.Render(scene, camera, width, height, depth=job.state.depth), 1
     render.set_target(GOOD_ENOUGH)

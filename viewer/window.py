@@ -86,9 +86,7 @@ class Glfw:
 
     @property
     def target(self):
-        screen = self.gl.detect_framebuffer()
-        screen.viewport = (0, 0, *self.pixels)
-        return _Screen(screen, self.pixels)
+        return _Screen(self.gl.screen, self.pixels)
 
     @property
     def closing(self) -> bool:
