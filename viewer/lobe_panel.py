@@ -31,6 +31,6 @@ def draw(state: State, services: Services) -> None:
             changed, new = imgui.slider_float(p.name, value[0], p.low, p.high)
             new = [new]
         else:
-            changed, new = imgui.input_float3(p.name, list(value))
+            changed, new = (imgui.input_float2 if p.width == 2 else imgui.input_float3)(p.name, list(value))
         if changed:
             lobe.values[p.name] = tuple(new[: p.width])

@@ -1,0 +1,541 @@
+"""The real window, on a display of its own: mouse, keys, dropped files, broken shaders; and its pictures against compare's."""
+
+import dataclasses
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from window_session import ALT, SHIFT, Display, Session, frames, until
+
+from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
+from lobe.lab.errors import InputError
+from lobe.viewer import app as app_
+from lobe.viewer import camera, picture, state as states, truth
+from lobe.viewer.state import MODES
+
+SIZE = (800, 560)
+
+
+@pytest.fixture(scope="module")
+def viewer(tmp_path_factory):
+    display = Display()
+    session = Session(display, tmp_path_factory.mktemp("viewer"), SIZE)
+    yield session
+    assert session.close() == 0
+    display.close()
+
+
+def fresh(app):
+    """The viewer as it starts, with small pictures to be quick."""
+    app.state.__dict__.update(states.initial().__dict__)
+    app.services.notices.clear()
+    frames(app, 2)
+
+
+def errors(app):
+    return [n.text for n in app.services.notices if n.is_error]
+
+
+# Start.
+
+
+def started(app, hand):
+    words = [n.text for n in app.services.notices]
+    frames(app)
+    return words, app.window.size, app.pictures["A"].read().copy(), app.services.renderer
+
+
+def test_the_window_opens_on_a_picture_and_says_what_to_do(viewer):
+    words, size, drawn, renderer = viewer.do(started)
+    assert len(words) == 1 and "F1" in words[0]
+    assert tuple(size) == SIZE and renderer
+    assert (drawn[..., 3] == 1).mean() > 0.1 and drawn[..., :3].max() > 0.1
+
+
+def every_lobe(app, hand):
+    fresh(app)
+    app.state.mode = "shader"
+    drawn = {}
+    for name in states.lobes():
+        app.state.sides["A"] = [states.default_lobe(name)]
+        until(app, lambda: app.pictures["A"].whole)
+        image = app.pictures["A"].read()
+        drawn[name] = image[image[..., 3] == 1][:, :3].copy()
+    return drawn, errors(app)
+
+
+def test_every_lobe_is_drawn(viewer):
+    drawn, wrong = viewer.do(every_lobe)
+    assert not wrong and len(drawn) > 20
+    for name, values in drawn.items():
+        assert np.isfinite(values).all() and (values >= 0).all(), name
+        assert values.max() > 1e-4, name
+
+
+# The pictures are those of the comparison.
+
+
+def drawn_like(app, hand, scene, key, values, size):
+    fresh(app)
+    state = app.state
+    state.lights = [states.Light(light.kind, light.vector, light.color) for light in scene.lights]
+    state.object, state.eye, state.target, state.fov = scene.object, scenes.EYE, scenes.TARGET, scenes.FOV_Y
+    state.sides["A"] = [states.Lobe(key, values)]
+    made = picture.Picture(app.context, app.programs, app._geometry)
+    made.update(state, state.sides["A"], (size, size))
+    while not made.whole:
+        made.update(state, state.sides["A"], (size, size))
+    image = made.read().copy()
+    made.release()
+    return image
+
+
+@pytest.mark.parametrize("name, scene", [("lobe_GGX", "teapot-point"), ("lobe_OrenNayar", "suzanne-four"),
+                                         ("lobe_GGX_aniso", "teapot-directional")])
+def test_the_shader_draws_what_compare_draws(viewer, name, scene):
+    place, lobe = scenes.find(scene), states.default_lobe(name)
+    function, size = lobe.function, 256
+    values = compare.parameter_values(function, place, {})
+    case = compare.frame_case(function, place, size, {})
+    drawn = viewer.do(drawn_like, place, lobe.key, values, size)
+    context = gl.create_context("egl")
+    shader = compare.library_shader(function, app_.catalogue.load().text, name)
+    with context:
+        theirs, primitive = raster.draw(context, place, size, shader.source, shader.call, shader.result, values)
+    assert ((drawn[..., 3] == 1) == (primitive >= 0)).all(), "the same pixels"
+    inside = case.picture.mask & (primitive >= 0)
+    inside[case.picture.mask] &= primitive[case.picture.mask] == case.picture.primitive
+    units = compare.units_of(drawn[case.picture.mask][:, :3], case.reference)[inside[case.picture.mask]]
+    assert units.max() <= compare.FRAME_UNITS, f"{units.max():.0f} units"
+    assert np.abs(drawn[inside][:, :3] - theirs[inside]).max() <= 1e-5 * theirs[inside].max()
+
+
+def settled_pictures(app, hand, changes):
+    fresh(app)
+    for name, value in changes.items():
+        setattr(app.state, name, value)
+    frames(app, 1)
+    until(app, lambda: app.services.job.done and app.pictures["A"].whole and app.reference.settled)
+    job = app.services.job
+    return app.pictures["A"].read().copy(), job.image.copy(), job.samples, job.error, app.display.read()
+
+
+def test_the_direct_reference_is_the_shader_to_rounding(viewer):
+    drawn, reference, samples, error, _ = viewer.do(settled_pictures, {})
+    both = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
+    differs = (drawn[..., 3] == 1) != (reference[..., 3] == truth.OBJECT)
+    assert samples == 1 and error == 0
+    assert differs.sum() <= 2 * compare.MAX_EDGE * both.sum()
+    relative = np.abs(drawn[both] - reference[both])[:, :3] / np.maximum(reference[both][:, :3], 1e-3)
+    assert np.quantile(relative, 0.99) < 1e-4 and np.median(relative) < 2e-6
+    assert np.median(relative) > 0, "float32 and double are two computations"
+
+
+def test_an_environment_is_the_same_on_both_sides(viewer):
+    environment = states.Environment(states.probes()["lobby"], rotation=70.0)
+    drawn, reference, *_ = viewer.do(settled_pictures, {"environment": environment, "lights": []})
+    both = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
+    relative = np.abs(drawn[both] - reference[both])[:, :3] / np.maximum(reference[both][:, :3], 1e-3)
+    assert np.quantile(relative, 0.99) < 1e-4
+    assert reference[both][:, :3].mean() > 0.05
+
+
+def test_the_environment_turns_as_the_traced_one_does(viewer, tmp_path):
+    """A sphere in a sky that is bright on one side, by the 64 directions and by path tracing of the whole sky."""
+    u, v = np.meshgrid((np.arange(64) + 0.5) / 64, (np.arange(32) + 0.5) / 32)
+    sky = 0.01 + np.maximum(np.sin(np.pi * v) * np.sin(2 * np.pi * u), 0) ** 4
+    files.write_exr(tmp_path / "sky.exr", {"RGB": np.repeat(sky[..., None], 3, 2).astype(np.float32)})
+    changes = {"object": "sphere", "lights": [], "depth": 1, "sides": {s: [states.default_lobe("lobe_Lambert")] for s in "AB"},
+               "environment": states.Environment(tmp_path / "sky.exr", rotation=20.0)}
+    drawn, *_ = viewer.do(settled_pictures, changes)
+    traced = viewer.do(traced_picture, changes)
+    both = (drawn[..., 3] == 1) & (traced[..., 3] != truth.BACKGROUND)
+    a, b = (x[both][:, :3].mean(-1) for x in (drawn, traced))
+    assert abs(a.mean() / b.mean() - 1) < 0.05
+    assert np.corrcoef(a, b)[0, 1] > 0.8, "but for the noise of four samples"
+
+
+def traced_picture(app, hand, changes):
+    """The first look of the traced reference, four samples a pixel."""
+    fresh(app)
+    for name, value in changes.items():
+        setattr(app.state, name, value)
+    app.state.reference = "traced"
+    frames(app, 1)
+    job = app.services.job
+    until(app, lambda: job.version > 0)
+    return job.image.copy()
+
+
+def traced_progress(app, hand):
+    fresh(app)
+    app.state.reference = "traced"
+    frames(app, 1)
+    job = app.services.job
+    seen = []
+    until(app, lambda: seen.append((job.samples, job.error)) or job.samples >= 4)
+    image = job.image.copy()
+    app.state.exposure += 1
+    frames(app)
+    same = app.services.job is job
+    camera.orbit(app.state, 0.1, 0.0)
+    frames(app)
+    status = app._status()
+    return seen, image, same, app.services.job is not job and job.cancelled, status
+
+
+def test_the_traced_reference_gets_better_and_starts_again(viewer):
+    seen, image, kept, again, status = viewer.do(traced_progress)
+    samples = [n for n, _ in seen]
+    assert samples == sorted(samples) and 0 < seen[-1][1] < 1
+    assert np.isfinite(image).all() and image[image[..., 3] == truth.OBJECT].max() > 0.1
+    assert kept, "exposure is the display's alone"
+    assert again and status.startswith("reference: ")
+
+
+# Modes, keys, mouse.
+
+
+def press_modes(app, hand):
+    fresh(app)
+    shown = {}
+    until(app, lambda: app.services.job.done and app.reference.settled)
+    app.services.notices.clear()
+    for i, mode in enumerate(MODES):
+        hand.key(app, str(i + 1))
+        assert app.state.mode == mode, mode
+        if mode == "flicker":
+            seen = []
+            for _ in range(2):
+                before = app._second()
+                until(app, lambda: app._second() != before)
+                app._draw_picture(time.perf_counter())
+                seen.append(app.display.read())
+            shown[mode] = seen
+        else:
+            shown[mode] = app.display.read()
+    return shown, app.pictures["A"].read().copy(), app.services.job.image.copy(), app.state
+
+
+def as_shown(image, exposure):
+    return np.rint(255 * pictures.srgb(np.maximum(image[..., :3], 0) * 2.0**exposure))
+
+
+def test_keys_choose_modes_which_show_what_they_say(viewer):
+    shown, drawn, reference, state = viewer.do(press_modes)
+    inside = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
+    a, b = as_shown(drawn, state.exposure), as_shown(reference, state.exposure)
+    for mode, expected in (("shader", a), ("reference", b)):
+        assert np.abs(shown[mode][inside] - expected[inside]).max() <= 1, mode
+    columns = np.arange(drawn.shape[1]) < state.divider * drawn.shape[1] - 1
+    assert (shown["split"][:, columns] == shown["shader"][:, columns]).all()
+    right = np.arange(drawn.shape[1]) > state.divider * drawn.shape[1] + 1
+    assert (shown["split"][:, right] == shown["reference"][:, right]).all()
+    first, second = shown["flicker"]
+    assert {(x == shown["shader"]).all() for x in (first, second)} == {True, False} or (a == b).all()
+
+
+def test_the_difference_is_signed(viewer):
+    changes = {"against": "B", "mode": "difference", "scale": 1.0}
+    shown, drawn, other = viewer.do(difference_picture, changes)
+    d = np.take_along_axis(drawn - other, np.abs(drawn - other).argmax(-1)[..., None], -1)[..., 0]
+    zero, more, less = (np.array(c) for c in (pictures.ZERO, pictures.POSITIVE, pictures.NEGATIVE))
+    x = np.clip(d, -1, 1)[..., None]
+    expected = zero * (1 - np.abs(x)) + np.where(x < 0, less, more) * np.abs(x)
+    assert np.abs(shown - expected).max() <= 1.01
+    assert (d > 0.1).any() and (d < -0.1).any()
+
+
+def difference_picture(app, hand, changes):
+    fresh(app)
+    for name, value in changes.items():
+        setattr(app.state, name, value)
+    app.state.sides = {"A": [states.default_lobe("lobe_Lambert")], "B": app.state.sides["A"]}
+    frames(app)
+    drawn, other = (app.pictures[s].read() for s in "AB")
+    inside = (drawn[..., 3] == 1) & (other[..., 3] == 1)
+    return app.display.read()[inside].astype(float), drawn[inside][:, :3].astype(float), other[inside][:, :3].astype(float)
+
+
+def drag_divider(app, hand, to):
+    fresh(app)
+    x, y, width, height = app.picture_rect
+    hand.drag(app, (x + app.state.divider * width, y + height / 2), (x + to * width, y + height / 2))
+    return app.state.divider, width, app.state.eye
+
+
+def test_the_divider_is_dragged(viewer):
+    divider, width, eye = viewer.do(drag_divider, 0.25)
+    assert abs(divider - 0.25) <= 1 / width
+    assert eye == scenes.EYE, "the camera stays"
+
+
+def move_camera(app, hand):
+    fresh(app)
+    app.state.mode = "shader"
+    x, y, width, height = app.picture_rect
+    middle = x + width / 2, y + height / 2
+    steps = []
+
+    def note():
+        steps.append((app.state.eye, app.state.target))
+
+    note()
+    hand.drag(app, middle, (middle[0] + 60, middle[1]))
+    note()
+    hand.drag(app, middle, (middle[0] + 60, middle[1]), button=3)
+    note()
+    hand.move(app, *middle)
+    hand.button(app, 4, True)
+    hand.button(app, 4, False)
+    note()
+    hand.key(app, "Left", SHIFT)
+    note()
+    hand.key(app, "0")
+    note()
+    return steps
+
+
+def test_mouse_and_keys_move_the_camera(viewer):
+    start, orbited, panned, zoomed, turned, reset = viewer.do(move_camera)
+
+    def distance(step):
+        return np.linalg.norm(np.subtract(*step))
+
+    assert orbited[1] == start[1] and orbited[0] != start[0] and distance(orbited) == pytest.approx(distance(start))
+    assert panned[1] != orbited[1] and distance(panned) == pytest.approx(distance(orbited))
+    assert np.subtract(*panned) == pytest.approx(np.subtract(*orbited), abs=1e-9)
+    assert distance(zoomed) == pytest.approx(0.9 * distance(panned))
+    assert turned[0] != zoomed[0] and turned[1] == zoomed[1]
+    assert reset == start
+
+
+def other_keys(app, hand):
+    fresh(app)
+    app.state.mode = "shader"
+    seen = {}
+    for key, modifiers, what in (("x", (), lambda: app.state.sides["B"][0].key), ("n", (), lambda: app.state.sides["A"][0].key),
+                                 ("b", (), lambda: app.state.against), ("r", (), lambda: app.state.reference),
+                                 ("t", (), lambda: app.state.tone), ("o", (), lambda: app.state.object),
+                                 ("F1", (), lambda: app.help), ("Escape", (), lambda: app.help),
+                                 ("Left", (ALT,), lambda: app.state.lights[0].vector)):
+        before = what()
+        hand.key(app, key, *modifiers)
+        seen[key] = before, what()
+    return seen, errors(app)
+
+
+def test_other_keys_do_what_the_help_says(viewer):
+    seen, wrong = viewer.do(other_keys)
+    assert not wrong
+    for key, (before, after) in seen.items():
+        assert before != after, key
+    known, (before, after) = list(states.lobes()), seen["n"]
+    assert known.index(after) == (known.index(before) + 1) % len(known)
+    assert seen["b"] == ("reference", "B") and seen["F1"] == (False, True)
+
+
+def hover(app, hand):
+    fresh(app)
+    until(app, lambda: app.services.job.done)
+    x, y, width, height = app.picture_rect
+    hand.move(app, x + 0.4 * width, y + 0.6 * height)
+    until(app, lambda: app.services.pixel is not None)
+    p = app.services.pixel
+    image, reference = app.pictures["A"].read(), app.services.job.image
+    return p, image[p.y, p.x], reference[p.y, p.x], app.pictures["A"].pixel(p.x, p.y)
+
+
+def test_the_pixel_under_the_mouse_is_told(viewer):
+    p, shader, reference, read = viewer.do(hover)
+    assert np.array_equal(read, shader)
+    for v in (p.N, p.T, p.V, *p.L):
+        assert np.linalg.norm(v) == pytest.approx(1, abs=1e-6)
+    assert abs(float(p.N @ p.T)) < 1e-6
+    assert (p.f_reference * p.E).sum(0) == pytest.approx(reference[:3], rel=1e-5)
+    assert (p.f_glsl * p.E).sum(0) == pytest.approx(shader[:3], rel=1e-4)
+    assert 0 <= p.units.max() <= 8
+
+
+# Files.
+
+
+def drop(app, hand, path):
+    app.services.notices.clear()
+    before = dataclasses.asdict(app.state)
+    app.window.dropped.append(path)
+    frames(app, 3)
+    return errors(app), before, dataclasses.asdict(app.state)
+
+
+@pytest.fixture
+def triangle(tmp_path):
+    path = tmp_path / "three.obj"
+    path.write_text("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nv 0 0 -1\nf 1 2 3\nf 2 1 4\n")
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply", ".glb"])
+def test_a_mesh_is_dropped(viewer, tmp_path, suffix):
+    import trimesh
+
+    path = tmp_path / f"box{suffix}"
+    trimesh.creation.box().export(path)
+    viewer.do(lambda_fresh)
+    wrong, _, after = viewer.do(drop, path)
+    assert not wrong and after["object"] == str(path)
+
+
+def lambda_fresh(app, hand):
+    fresh(app)
+
+
+def test_an_environment_is_dropped(viewer, tmp_path):
+    path = tmp_path / "sky.exr"
+    files.write_exr(path, {"RGB": np.ones((8, 16, 3), np.float32)})
+    viewer.do(lambda_fresh)
+    wrong, _, after = viewer.do(drop, path)
+    assert not wrong and after["environment"]["file"] == path
+
+
+BROKEN = {
+    "note.txt": (b"hello", "unknown kind"),
+    "noext": (b"hello", "unknown kind"),
+    "gone.obj": (None, "no such file"),
+    "cut.ply": (b"ply\nformat ascii 1.0\nelement vertex 3\n", "cut.ply"),
+    "points.obj": (b"v 0 0 0\n", "points.obj"),
+    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1"),
+    "cut.exr": (b"\x76\x2f\x31\x01garbage", "damaged"),
+    "no.exr": (b"GIF89a", "not an OpenEXR"),
+    "lobe.toml": (b'[camera]\neye=[0,0,5]\ntarget=[0,0,0]\n[materials.a]\nlobes=[{lobe="lobe_Gone"}]\n'
+                  b'[[objects]]\nshape="sphere"\nmaterial="a"\n[[lights]]\ntype="point"\nposition=[0,5,0]\nintensity=1\n',
+                  "lobe_Gone"),
+    "syntax.toml": (b"[camera\n", "syntax.toml:1"),
+    "mode.toml": (b'[camera]\neye=[0,0,5]\ntarget=[0,0,0]\n[view]\nmode="sideways"\n', "mode.toml:5"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_is_no_file_of_ours_is_told_and_changes_nothing(viewer, tmp_path, name):
+    content, expected = BROKEN[name]
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    viewer.do(lambda_fresh)
+    wrong, before, after = viewer.do(drop, path)
+    assert len(wrong) == 1 and expected in wrong[0] and "\n" not in wrong[0]
+    assert before == after
+
+
+def save_all(app, hand, folder, against):
+    fresh(app)
+    app.state.against = against
+    app.state.sides["A"] = [states.default_lobe("lobe_Lambert"), states.default_lobe("lobe_GGX")]
+    app.state.environment = states.Environment(states.probes()["studio"], 30.0)
+    camera.orbit(app.state, 0.3, 0.1)
+    app.state.mode, app.state.divider = "difference", 0.25
+    frames(app)
+    if against == "reference":
+        until(app, lambda: app.services.job.done and app.pictures["A"].whole)
+    for what, name in (("session", "s.toml"), ("png", "p.png"), ("exr", "e.exr")):
+        app.asking = what
+        app.finish_path(folder / name)
+    kept = dataclasses.asdict(app.state)
+    fresh(app)
+    app.window.dropped.append(folder / "s.toml")
+    frames(app)
+    return kept, dataclasses.asdict(app.state), app.size, errors(app)
+
+
+@pytest.mark.parametrize("against", states.AGAINST)
+def test_sessions_and_pictures_are_saved(viewer, tmp_path, against):
+    kept, opened, size, wrong = viewer.do(save_all, tmp_path, against)
+    assert not wrong and opened == kept
+    assert files.read_png(tmp_path / "p.png").shape == (size[1], size[0], 3)
+    layers = files.read_exr(tmp_path / "e.exr")
+    other = "B" if against == "B" else "reference"
+    assert np.array_equal(layers["difference"], layers["shader"] - layers[other])
+    scene = scene_files.load(tmp_path / "s.toml")
+    assert scene.lights == ["point", "directional", "environment"], "the reference renders it, too"
+    assert scene.film["width"] == size[0]
+
+
+# Shaders that break.
+
+
+def break_and_repair(app, hand):
+    fresh(app)
+    from lobe.lab import paths
+
+    path = paths.GLSL / "ggx.glsl"
+    good = path.read_text()
+    drawn = app.pictures["A"].read().copy()
+
+    def write(text):
+        path.write_text(text)
+        os.utime(path, ns=(time.time_ns(), time.time_ns()))
+        app._watched = 0.0
+        frames(app, 4)
+
+    marker = "vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {\n"
+    assert marker in good
+    line = good[: good.index(marker)].count("\n") + 2
+    write(good.replace(marker, marker + "    flaot x = 1.0;\n"))
+    broken, still = errors(app), app.pictures["A"].read().copy()
+    app.state.sides["A"][0].values["alpha"] = (0.5,)
+    frames(app)
+    alive = app.pictures["A"].read().copy()
+    app.state.sides["A"][0].values["alpha"] = (0.3,)
+    write(good.replace(marker, marker + "    f0 *= 0.5;\n"))
+    changed, wrong = app.pictures["A"].read().copy(), errors(app)
+    write(good)
+    return broken, f"{path}:{line}", drawn, still, alive, changed, wrong, app.pictures["A"].read().copy()
+
+
+def test_a_broken_shader_is_told_by_line_and_the_last_good_one_stays(viewer):
+    broken, place, drawn, still, alive, changed, wrong, repaired = viewer.do(break_and_repair)
+    assert len(broken) == 1 and place in broken[0]
+    assert np.array_equal(still, drawn)
+    assert not np.array_equal(alive, drawn), "parameters still act"
+    assert not wrong and changed[..., :3].sum() < 0.7 * drawn[..., :3].sum()
+    assert np.array_equal(repaired, drawn)
+
+
+# Without a display.
+
+
+def lobe(*arguments, **environment):
+    inherited = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run([sys.executable, "-m", "lobe.lab", "view", *map(str, arguments)], capture_output=True, text=True,
+                          env=inherited | environment)
+
+
+def test_a_screenshot_needs_no_display(tmp_path):
+    states.save(states.initial(), tmp_path / "scene.toml")
+    done = lobe(tmp_path / "scene.toml", "--mode", "split", "--screenshot", tmp_path / "out.png", "--frames", 3,
+                "--size", 640, 480)
+    assert done.returncode == 0 and not done.stderr
+    assert files.read_png(tmp_path / "out.png").shape == (480, 640, 3)
+
+
+@pytest.mark.parametrize("arguments, expected", [
+    ((), "--screenshot"), (("--mode", "sideways"), "expected one of shader"), (("--lobe", "lobe_Gone"), "lobe_Gone"),
+    (("--lobe", "lobe_D_GGX(vec3,vec3,float)"), "is no lobe"), (("gone.toml",), "no such file"),
+    (("--screenshot", "out.bmp"), "expected a file .png")])
+def test_bad_usage_is_one_line(arguments, expected):
+    done = lobe(*arguments)
+    assert done.returncode == 2 and expected in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_driver_without_float_targets_is_refused():
+    class Device:
+        info = {"GL_RENDERER": "Old"}
+
+        def texture(self, *arguments, **options):
+            raise RuntimeError("GL_INVALID_ENUM")
+
+    with pytest.raises(InputError, match="Old cannot draw into float32"):
+        app_.require_float_targets(Device())
