@@ -1,13 +1,15 @@
 """The viewer's panels and plots: what they compute, against closed forms, and what they offer, against the headers."""
 
 import re
+import time
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from lobe.lab import catalogue, gl
-from lobe.viewer import choices, curves, plausible, presets
+from lobe.viewer import app, choices, curves, numbers_panel, plausible, plots, presets, window
+from lobe.viewer import state as states
 
 LIBRARY = catalogue.load()
 LOBES = choices.shown_lobes(LIBRARY)
@@ -83,7 +85,8 @@ def test_an_azimuth_turns_the_plane_against_the_tangent():
 
 
 def test_a_grid_over_the_hemisphere_integrates_lambert():
-    curve, grid = curves.over_hemisphere(one("lobe_Lambert"), {"albedo": (1.0,) * 3}, np.radians(40))
+    curve = curves.over_hemisphere(one("lobe_Lambert"), {"albedo": (1.0,) * 3}, np.radians(40))
+    grid = curves.grid(np.radians(40), 0.0, 48, 96)
     assert grid.shape == (48, 96, 3) and grid[..., 2].min() >= -1e-12
     assert np.linalg.norm(grid, axis=-1) == pytest.approx(1.0)
     f = reference(curve).reshape(48, 96, 3)[..., 0]
@@ -126,26 +129,40 @@ def test_the_shader_lies_on_the_reference(shade):
 
 
 def test_what_is_plausible():
-    found = plausible.measure(one("lobe_Lambert"), {"albedo": (1.0,) * 3})
+    found = plausible.measure([(one("lobe_Lambert"), {"albedo": (1.0,) * 3})])
     assert found.is_reciprocal and found.keeps_energy and found.is_certain
     assert found.albedo == pytest.approx(1.0, abs=1e-7)
 
 
 def test_phong_of_1975_is_not_reciprocal():
     """f(V, L) / f(L, V) = NdotV / NdotL, and the smallest cosine of the pairs is 0.02."""
-    found = plausible.asymmetry(one("lobe_Phong_1975"), {})
+    found = plausible.asymmetry([(one("lobe_Phong_1975"), {})])
     assert 0.5 < found < 1 - 0.02
-    assert plausible.asymmetry(one("lobe_Phong"), {}) == 0
+    assert plausible.asymmetry([(one("lobe_Phong"), {})]) == 0
 
 
 def test_phong_of_1975_gains_energy():
     """2 pi / (exponent + 1) at the normal."""
-    found = plausible.measure(one("lobe_Phong_1975"), {"rs": (1.0,) * 3, "exponent": (1.0,)})
+    found = plausible.measure([(one("lobe_Phong_1975"), {"rs": (1.0,) * 3, "exponent": (1.0,)})])
     assert not found.keeps_energy and found.albedo == pytest.approx(np.pi, rel=1e-3)
 
 
+def test_a_sum_of_lobes_is_measured_as_a_sum():
+    parts = [(one("lobe_Lambert"), {"albedo": (0.3,) * 3}), (one("lobe_Lambert"), {"albedo": (0.8, 0.1, 0.2)})]
+    found = plausible.measure(parts)
+    assert found.albedo == pytest.approx(1.1, abs=1e-7) and not found.keeps_energy and found.is_reciprocal
+
+
+def test_what_a_darker_lambert_loses():
+    """f is 3/4 of the other's everywhere: a quarter of the light is missing, and of an albedo of 0.8 it is 0.2."""
+    A, B = ([(one("lobe_Lambert"), {"albedo": (a,) * 3})] for a in (0.8, 0.6))
+    found = plausible.loss(A, B)
+    assert (found.moved, found.worst, found.albedo) == pytest.approx((0.25, 0.25, 0.2), abs=1e-6)
+    assert plausible.loss(A, A).moved == 0
+
+
 def test_what_is_not_resolved_says_so():
-    found = plausible.measure(one("lobe_Ward"), {"alphaX": (1e-4,), "alphaY": (1.0,)})
+    found = plausible.measure([(one("lobe_Ward"), {"alphaX": (1e-4,), "alphaY": (1.0,)})])
     assert not found.is_certain
 
 
@@ -275,3 +292,157 @@ def test_cycles_are_of_the_code_as_it_is(monkeypatch):
     assert choices.cycles(LIBRARY, GGX) in (measured["NAVI21"]["inverse_throughput"], None)
     monkeypatch.setattr(choices, "_measured", lambda: {GGX.key: dict(measured, stamp="of other code")})
     assert choices.cycles(LIBRARY, GGX) is None
+
+
+# --- plots and numbers ------------------------------------------------------------------------------------------------
+
+
+def test_radii_of_a_polar_plot():
+    f = np.array([0.0, 1e-4, 0.01, 1.0]) * 7.0
+    assert plots.radius(f, 7.0, False) == pytest.approx([0.0, 1e-4, 0.01, 1.0])
+    assert plots.radius(f, 7.0, True) == pytest.approx([0.0, 0.0, 0.5, 1.0])
+
+
+def test_dashes_lie_evenly_along_the_line():
+    t = np.linspace(0, np.pi / 2, 500) ** 2 / (np.pi / 2)
+    x, y = plots.dashes(np.cos(t), np.sin(t), 1.0, 100)
+    assert np.hypot(x, y) == pytest.approx(1.0, abs=1e-4)
+    steps = np.hypot(np.diff(x), np.diff(y))
+    assert steps == pytest.approx(np.pi / 2 / 99, rel=2e-3)
+
+
+def test_a_wide_window_has_more_plots():
+    assert plots.kinds_shown("lobe", 42.0) == ["lobe"]
+    assert plots.kinds_shown("G", 122.0) == ["G", "albedo", "lobe"]
+    assert plots.kinds_shown("no such plot", 10.0) == ["lobe"]
+
+
+def test_errors_of_a_picture_count_where_both_have_the_object():
+    shader, reference = np.ones((2, 3, 4), np.float32), np.ones((2, 3, 4), np.float32)
+    shader[0, 0, 0], shader[0, 1, 1], reference[1, 2, 3] = 1.5, np.nan, 0.5
+    shader[1, 2, :3] = 100.0
+    found = numbers_panel.errors(shader, reference)
+    assert (found.largest, found.nonfinite, found.pixels) == (0.5, 1, 5)
+    assert found.rms == pytest.approx(np.sqrt(0.25 / 12)) and found.relative == pytest.approx(found.rms)
+
+
+def test_flip_is_computed_beside_the_window():
+    """0 for equal pictures; the command's own for others."""
+    from lobe.lab import compare
+
+    rng = np.random.default_rng(1)
+    picture = np.ones((24, 32, 4), np.float32)
+    picture[..., :3] = rng.uniform(0, 1, (24, 32, 3))
+    other = picture * np.float32([0.8, 1.0, 1.0, 1.0])
+    for got, expected in ((picture, 0.0), (other, compare.flip(picture[..., :3], other[..., :3]))):
+        flip = numbers_panel.Flip()
+        flip.ask("key", got, picture)
+        flip._thread.join()
+        assert flip.ask("key", got, picture) == pytest.approx(expected, abs=1e-7)
+
+
+# --- the panels in the window -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def viewer():
+    state = states.initial()
+    state.object = "sphere"
+    it = app.App(window.Offscreen(900, 560), state)
+    yield it
+    it.release()
+
+
+@pytest.fixture
+def press(monkeypatch):
+    """Presses the button with a label, once, as soon as it is drawn."""
+    from imgui_bundle import imgui
+
+    waiting = []
+
+    def pressing(real):
+        def button(label, *more):
+            pressed = real(label, *more)
+            if label in waiting:
+                waiting.remove(label)
+                return True
+            return pressed
+        return button
+
+    for name in ("button", "small_button"):
+        monkeypatch.setattr(imgui, name, pressing(getattr(imgui, name)))
+
+    def press(viewer, label):
+        waiting.append(label)
+        frames(viewer, 2)
+        assert not waiting, f"no button '{label}'"
+    return press
+
+
+def frames(viewer, count):
+    for _ in range(count):
+        viewer.frame()
+
+
+def settle(viewer, slots=()):
+    """Frames until all that was asked for off the frame is there; nothing of it may have failed."""
+    deadline = time.monotonic() + 60
+    while True:
+        viewer.frame()
+        asked = {name: slot for name, slot in viewer.services._slots.items() if slot.asked_key is not None}
+        assert not [slot.failure for slot in asked.values() if slot.failure]
+        if set(slots) <= set(asked) and all(slot.fresh for slot in asked.values()) and not viewer._more:
+            return asked
+        assert time.monotonic() < deadline, [name for name, slot in asked.items() if not slot.fresh]
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize("function", LOBES, ids=lambda f: f.key)
+def test_each_lobe_has_its_panels(function, viewer):
+    viewer.state.sides["A"] = [states.default_lobe(function.key)]
+    frames(viewer, 2)
+    assert viewer.state.sides["A"][0].key == function.key
+    assert not [n.text for n in viewer.services.notices if n.is_error]
+
+
+def test_each_plot_draws_what_was_computed(viewer, monkeypatch):
+    monkeypatch.setattr(plots, "ALBEDO_ANGLES", np.radians([10.0, 60.0, 85.0]))
+    state = viewer.state
+    state.sides = {"A": [states.default_lobe("lobe_GGX_aniso"), states.default_lobe("lobe_Lambert")],
+                   "B": [states.default_lobe("lobe_Beckmann")]}
+    state.plots.both, state.plots.pins = True, [[states.default_lobe("lobe_Ward")]]
+    for kind in plots.KINDS:
+        state.plots.kind = kind
+        for state.plots.logarithmic in (False, True):
+            frames(viewer, 1)
+    for kind in ("lobe", "F", "D", "G", "albedo"):
+        state.plots.kind = kind
+        settle(viewer, ["plausible", "loss"])
+    drawn = plots._albedo_series(state, viewer.services)
+    assert [(s.line, s.is_reference) for s in drawn] == [(m, told) for m in range(3) for told in (True, False)]
+    assert drawn[1].y == pytest.approx(drawn[0].y, rel=1e-3)
+    state.plots = states.Plots()
+
+
+def test_the_call_and_the_bundle_are_copied(viewer, press):
+    viewer.state.sides["A"] = [states.Lobe(one("lobe_GGX").key, {"f0": (1.0, 0.5, 0.25), "alpha": (0.125,)})]
+    press(viewer, "copy call")
+    assert viewer.window.clipboard == "lobe_GGX(N, V, L, vec3(1.0, 0.5, 0.25), 0.125)"
+    press(viewer, "copy GLSL")
+    assert viewer.window.clipboard == choices.bundle_text(LIBRARY, one("lobe_GGX"))
+
+
+def test_reset_pin_add_and_remove(viewer, press):
+    state = viewer.state
+    state.sides["A"] = [states.Lobe(one("lobe_GGX").key, {"f0": (1.0, 0.5, 0.25), "alpha": (0.125,)})]
+    press(viewer, "pin")
+    press(viewer, "reset")
+    assert state.sides["A"] == [states.default_lobe("lobe_GGX")]
+    assert state.plots.pins == [[states.Lobe(one("lobe_GGX").key, {"f0": (1.0, 0.5, 0.25), "alpha": (0.125,)})]]
+    press(viewer, "+ add a lobe")
+    assert [lobe.function.name for lobe in state.sides["A"]] == ["lobe_GGX", "lobe_Lambert"]
+    press(viewer, "x")
+    assert [lobe.function.name for lobe in state.sides["A"]] == ["lobe_Lambert"]
+    press(viewer, "copy to B")
+    assert state.sides["B"] == state.sides["A"] and state.sides["B"] is not state.sides["A"]
+    state.plots = states.Plots()

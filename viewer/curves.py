@@ -88,14 +88,18 @@ def in_incidence_plane(function: Function, values: Values, incidence: float, azi
 
 
 def over_hemisphere(function: Function, values: Values, incidence: float, azimuth: float = 0.0, rings: int = 48,
-                    spokes: int = 96) -> tuple[Curve, np.ndarray]:
-    """f at the nodes of a grid over the hemisphere of views, denser about the mirror direction of a light at
-    `incidence`; and the grid's directions [rings, spokes, 3]. The curve's values are [rings * spokes, k]."""
+                    spokes: int = 96) -> Curve:
+    """f at the directions of `grid`, row by row, for a light at `incidence` as in in_incidence_plane."""
+    V = grid(incidence, azimuth, rings, spokes).reshape(-1, 3)
+    inputs = columns(function, values, *framed(V, in_plane(-incidence, azimuth)))
+    return Curve(function, np.arange(float(len(V))), inputs)
+
+
+def grid(incidence: float, azimuth: float, rings: int, spokes: int) -> np.ndarray:
+    """Directions [rings, spokes, 3] over the hemisphere, denser about the mirror of a light at `incidence`."""
     theta = _pieces(incidence, 0.0, HORIZON, rings, 0.02)
     phi = azimuth + _pieces(0.0, -np.pi, np.pi, spokes, 0.05)
-    V = quadrature.spherical(theta[:, None], phi[None, :])
-    inputs = columns(function, values, *framed(V, in_plane(-incidence, azimuth)))
-    return Curve(function, np.arange(float(len(V))), inputs), V.reshape(len(theta), len(phi), 3)
+    return quadrature.spherical(theta[:, None], phi[None, :]).reshape(rings, spokes, 3)
 
 
 def _pieces(centre: float, low: float, high: float, count: int, width: float) -> np.ndarray:
@@ -111,18 +115,23 @@ def _pieces(centre: float, low: float, high: float, count: int, width: float) ->
 
 
 def albedo(function: Function, values: Values, angles: np.ndarray, count: int = 48) -> Curve:
-    """Directional albedo over the angle of the view, radians: f times N.L, integrated over lights.
-
-    A reference that integrates takes a fraction of a millisecond a point; what it integrates is smooth: fewer nodes.
-    """
-    rule = {"count": count // 6, "width": 0.3} if compare.is_quadrature(function) else {"count": count}
-    rules = [lights(min(max(view, 1e-4), HORIZON), **rule) for view in angles]
-    frames = [np.concatenate(vectors) for vectors in zip(*(frame for frame, _ in rules))]
-    weights = np.stack([w for _, w in rules])
+    """Directional albedo over the angle of the view, radians: f times N.L, integrated over lights."""
+    frames, weights = over_lights([function], angles, count)
 
     def integrate(f):
         return np.einsum("vl,vlk->vk", weights, f.reshape(*weights.shape, -1))
     return Curve(function, np.asarray(angles), columns(function, values, *frames), integrate)
+
+
+def over_lights(functions: list[Function], angles: np.ndarray, count: int = 48):
+    """Frames [views * lights, 3] and weights [views, lights], with N.L, to integrate functions over lights.
+
+    A reference that integrates takes a fraction of a millisecond a point; what it integrates is smooth: fewer nodes.
+    """
+    slow = any(compare.is_quadrature(f) for f in functions)
+    rule = {"count": count // 6, "width": 0.3} if slow else {"count": count}
+    rules = [lights(min(max(view, 1e-4), HORIZON), **rule) for view in angles]
+    return [np.concatenate(vectors) for vectors in zip(*(frame for frame, _ in rules))], np.stack([w for _, w in rules])
 
 
 def lights(view: float, azimuth: float = 0.0, count: int = 48, width: float = 1e-4):
@@ -151,8 +160,7 @@ def term(function: Function, values: Values, incidence: float = 0.5, azimuth: fl
         x = dense(0.0, 0.0, np.pi / 2, count)
         H = in_plane(x, azimuth)
         return Curve(function, x, columns(function, values, *framed(H, H)))
-    names = {p.name for p in function.parameters if p.is_geometry}
-    if names <= {"cosI", "NdotX"}:
+    if one_angle(function):
         V = in_plane(x, azimuth)
         return Curve(function, x, columns(function, values, *framed(V, V)))
     x = np.linspace(-HORIZON, HORIZON, 2 * count - 1)
@@ -162,6 +170,11 @@ def term(function: Function, values: Values, incidence: float = 0.5, azimuth: fl
         return Curve(function, x, inputs)
     shortening = 4 * geometry.dot(frames[0], frames[2]) * geometry.dot(frames[0], frames[3])
     return Curve(function, x, inputs, lambda v: v * shortening)
+
+
+def one_angle(function: Function) -> bool:
+    """Whether a term sees one direction alone."""
+    return {p.name for p in function.parameters if p.is_geometry} <= {"cosI", "NdotX"}
 
 
 def letter(function: Function) -> str:

@@ -1,6 +1,8 @@
-"""Whether a lobe, with the parameters that it has now, is plausible: reciprocal, and giving back no more than it gets.
+"""Whether a material is reciprocal and gives back no more than it gets, and what is lost when another takes its place.
 
-Asked of the reference, not of the header.
+Asked of the reference with the parameters of now, not of the headers.
+
+A material is a list of (function, values), whose f is their sum.
 """
 
 from __future__ import annotations
@@ -11,14 +13,16 @@ import numpy as np
 
 from ..lab import quadrature
 from ..lab.catalogue import Function
-
 from . import curves
 from .curves import Evaluate, Values
+
+Material = list[tuple[Function, Values]]
 
 PAIRS = 1 << 11
 SEED = 11
 RECIPROCAL = 1e-6  # relative; what differs by less is rounding of the narrowest lobes
 VIEWS = np.radians([0.5, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 89.0])
+FINE, COARSE = 48, 42  # nodes of the quadrature, and of one that tells how far it can be trusted
 
 
 @dataclass(frozen=True)
@@ -45,21 +49,60 @@ class Plausibility:
         return self.doubt <= 0.01 * max(self.albedo, 1e-3)
 
 
-def measure(function: Function, values: Values, evaluate: Evaluate = curves.reference_values) -> Plausibility:
-    fine, coarse = (curves.albedo(function, values, VIEWS, count).of(evaluate) for count in (48, 42))
+@dataclass(frozen=True)
+class Loss:
+    """What changes when B takes the place of A.
+
+    moved    the integral of |f_A - f_B| N.L over lights, as a share of what A sends back, in luminance: the mean over
+             views; and `worst`, the largest, with its angle (radians)
+    albedo   the largest difference of their albedos, with its angle
+    """
+
+    moved: float
+    worst: float
+    worst_angle: float
+    albedo: float
+    albedo_angle: float
+
+
+def total(material: Material, frames, evaluate: Evaluate) -> np.ndarray:
+    """f of the sum at frames, [n, 3]."""
+    return sum(np.broadcast_to(np.asarray(evaluate(f, curves.columns(f, v, *frames)), float), (len(frames[0]), 3))
+               for f, v in material)
+
+
+def measure(material: Material, evaluate: Evaluate = curves.reference_values) -> Plausibility:
+    fine, coarse = (_albedos(material, count, evaluate) for count in (FINE, COARSE))
     worst = np.unravel_index(np.argmax(fine), fine.shape)
-    return Plausibility(asymmetry(function, values, evaluate), float(fine[worst]), float(VIEWS[worst[0]]),
+    return Plausibility(asymmetry(material, evaluate), float(fine[worst]), float(VIEWS[worst[0]]),
                         float(abs(fine - coarse).max()))
 
 
-def asymmetry(function: Function, values: Values, evaluate: Evaluate = curves.reference_values) -> float:
+def _albedos(material: Material, count: int, evaluate: Evaluate) -> np.ndarray:
+    """[views, 3]"""
+    frames, weights = curves.over_lights([f for f, _ in material], VIEWS, count)
+    return np.einsum("vl,vlk->vk", weights, total(material, frames, evaluate).reshape(*weights.shape, 3))
+
+
+def asymmetry(material: Material, evaluate: Evaluate = curves.reference_values) -> float:
     """The largest relative difference of f(V, L) and f(L, V), over random pairs, half of them about the highlight."""
     V, L = _pairs()
-    there, back = (evaluate(function, curves.columns(function, values, *curves.framed(*pair)))
-                   for pair in ((V, L), (L, V)))
+    there, back = (total(material, curves.framed(*pair), evaluate) for pair in ((V, L), (L, V)))
     larger = np.maximum(abs(there), abs(back))
     seen = larger > 1e-6 * larger.max(initial=1e-30)  # far down the flanks a difference is seen by nobody
     return float((abs(there - back)[seen] / larger[seen]).max(initial=0.0))
+
+
+def loss(A: Material, B: Material, evaluate: Evaluate = curves.reference_values) -> Loss:
+    """From A to B."""
+    frames, weights = curves.over_lights([f for f, _ in A + B], VIEWS)
+    a, b = (total(m, frames, evaluate).reshape(*weights.shape, 3) for m in (A, B))
+    sent = np.sum(weights * curves.luminance(a), 1)
+    moved = np.sum(weights * abs(curves.luminance(a - b)), 1) / np.maximum(sent, 1e-30)
+    apart = abs(np.einsum("vl,vlk->vk", weights, a - b)).max(1)
+    worst, albedo = int(np.argmax(moved)), int(np.argmax(apart))
+    return Loss(float(moved.mean()), float(moved[worst]), float(VIEWS[worst]), float(apart[albedo]),
+                float(VIEWS[albedo]))
 
 
 def _pairs() -> tuple[np.ndarray, np.ndarray]:

@@ -1,12 +1,468 @@
-"""Curves of the lobe."""
+"""Curves of the lobe: the shader's, thin, over the reference's, broad and pale. All are computed off the frame."""
 
 from __future__ import annotations
 
-from imgui_bundle import imgui
+from collections.abc import Callable
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
+import numpy as np
+from imgui_bundle import imgui, implot, implot3d
+
+from ..lab.catalogue import Function
+from . import choices, curves, theme
+from .curves import Curve
+from .lobe_panel import wrapped
 from .services import Services
-from .state import State
+from .state import Lobe, Plots, State
+
+KINDS = {"lobe": "Polar", "angle": "Over angle", "solid": "3D", "F": "F", "D": "D", "G": "G", "albedo": "Albedo"}
+CHANNELS = {"luminance": curves.LUMINANCE, "red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0)}
+DECADES = 4.0  # of a logarithmic plot below its largest value
+MOST_PINS, MOST_INCIDENCES = 4, 5
+ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
+ALBEDO_PART = 4  # angles whose shader values one frame computes
+POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
+RINGS, SPOKES = 40, 72
+DASHES = (240, 120, 80, 56, 40)  # ends of dashes along a line, of what the edited side is compared with
+NARROW, WIDE = 11.0, 30.0  # em: the column of controls; a plot that is worth another one beside it
+
+# Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
+PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35))
+GREY = (0.6, 0.6, 0.6)
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line: its angles x, radians, and values y; `line` is 0 for the edited side, 1 and more for what it is
+    compared with."""
+
+    label: str
+    x: np.ndarray
+    y: np.ndarray
+    color: tuple[float, float, float]
+    line: int
+    is_reference: bool
+
+
+class Shelf:
+    """The newest values of each slot, with the key they are of: the last ones stay until new ones are ready."""
+
+    _of: WeakKeyDictionary = WeakKeyDictionary()
+
+    def __init__(self):
+        self.values: dict[str, tuple] = {}
+
+    @classmethod
+    def of(cls, services: Services) -> Shelf:
+        return cls._of.setdefault(services, cls())
+
+    def get(self, services: Services, slot: str, key, work: Callable[[], object], opengl: bool = False):
+        """(key, value) of the newest that is ready, or None."""
+        def kept():
+            value = work()
+            self.values[slot] = key, value  # even where a newer one was asked for: a drag would else show nothing
+            return value
+
+        services.later(slot, key, kept, opengl)
+        return self.values.get(slot)
 
 
 def draw(state: State, services: Services) -> None:
-    imgui.text_disabled(state.lobe.function.description)
+    plots = state.plots
+    _kinds(plots)
+    shown = kinds_shown(plots.kind, imgui.get_content_region_avail().x / imgui.get_font_size())
+    spacing = imgui.get_style().item_spacing
+    size = imgui.get_content_region_avail()
+    controls = NARROW * imgui.get_font_size()
+    width = (size.x - controls) / len(shown) - spacing.x
+    for kind in shown:
+        _DRAWN[kind](state, services, imgui.ImVec2(width, size.y))
+        imgui.same_line()
+    if imgui.begin_child("controls", (0, size.y)):
+        _controls(state, services, shown)
+    imgui.end_child()
+
+
+def kinds_shown(kind: str, width: float) -> list[str]:
+    """The plot that was chosen and, where a window of `width` em has room, those after it."""
+    names = list(KINDS)
+    first = names.index(kind) if kind in names else 0
+    count = min(max(int((width - NARROW) / WIDE), 1), 4)
+    return [names[(first + i) % len(names)] for i in range(count)]
+
+
+def _kinds(plots: Plots) -> None:
+    for name, label in KINDS.items():
+        if theme.toggle(label, plots.kind == name):
+            plots.kind = name
+        imgui.same_line()
+    imgui.new_line()
+
+
+# --- controls ---------------------------------------------------------------------------------------------------------
+
+
+def _controls(state: State, services: Services, shown: list[str]) -> None:
+    plots, em = state.plots, imgui.get_font_size()
+    if {"lobe", "angle", "solid", "D"} & set(shown):
+        plots.logarithmic = imgui.checkbox("logarithmic", plots.logarithmic)[1]
+    plots.reference = imgui.checkbox("reference", plots.reference)[1]
+    imgui.set_item_tooltip("The reference in double precision: broad and pale, under the shader's thin line")
+    plots.both = imgui.checkbox(f"and {_other(state)}", plots.both)[1]
+    imgui.set_item_tooltip("The lobe of the other side, dashed")
+    if {"lobe", "angle", "solid", "G"} & set(shown):
+        _incidences(plots)
+    if {"lobe", "angle", "albedo", "F"} & set(shown):
+        imgui.set_next_item_width(-1)
+        if imgui.begin_combo("##channel", plots.channel):
+            for name in CHANNELS:
+                if imgui.selectable(name, name == plots.channel)[0]:
+                    plots.channel = name
+            imgui.end_combo()
+    if any(p.name == "T" for lobe in state.sides[state.side] for p in lobe.function.parameters):
+        imgui.set_next_item_width(-1)
+        plots.azimuth = imgui.slider_float("##azimuth", plots.azimuth, 0.0, 180.0, "%.0f° from T")[1]
+        imgui.set_item_tooltip("The plane of incidence, from the tangent")
+    imgui.begin_disabled(len(plots.pins) >= MOST_PINS)
+    if imgui.small_button("pin"):
+        plots.pins.append([Lobe(lobe.key, dict(lobe.values)) for lobe in state.sides[state.side]])
+    imgui.end_disabled()
+    imgui.set_item_tooltip("Keep these curves, dashed, beside those to come")
+    removed = None
+    for i, pin in enumerate(plots.pins):
+        imgui.push_id(i)
+        if imgui.small_button("x"):
+            removed = i
+        imgui.same_line(0, 0.4 * em)
+        imgui.text_disabled(_name(pin))
+        imgui.set_item_tooltip("\n".join(choices.call(lobe.function, lobe.values) for lobe in pin))
+        imgui.pop_id()
+    if removed is not None:
+        del plots.pins[removed]
+
+
+def _incidences(plots: Plots) -> None:
+    """The angles of the light, each in the colour of its curve."""
+    changed = list(plots.incidences)
+    width = 3.0 * imgui.get_font_size()
+    for i, angle in enumerate(plots.incidences):
+        if i % 3:
+            imgui.same_line()
+        imgui.push_id(f"incidence {i}")
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*PALETTE[i], 1.0))
+        imgui.set_next_item_width(width)
+        changed[i] = imgui.drag_float("##angle", angle, 0.5, 0.0, 89.9, "%.0f°", imgui.SliderFlags_.always_clamp)[1]
+        imgui.pop_style_color()
+        imgui.set_item_tooltip("Angle of the light from the normal: drag, or Enter to type. Right click removes it")
+        if imgui.is_item_clicked(imgui.MouseButton_.right) and len(changed) > 1:
+            changed[i] = None
+        imgui.pop_id()
+    plots.incidences = tuple(a for a in changed if a is not None)
+    if len(plots.incidences) < MOST_INCIDENCES:
+        if len(plots.incidences) % 3:
+            imgui.same_line()
+        if imgui.small_button("+"):
+            plots.incidences += (20.0 + 10.0 * len(plots.incidences),)
+        imgui.set_item_tooltip("Another angle of the light")
+
+
+def _other(state: State) -> str:
+    return "B" if state.side == "A" else "A"
+
+
+def _name(material: list[Lobe]) -> str:
+    return " + ".join(choices.short(lobe.function) for lobe in material)
+
+
+# --- values -----------------------------------------------------------------------------------------------------------
+
+
+def materials(state: State) -> list[tuple[str, list[Lobe]]]:
+    """Whose curves are drawn: the edited side, the other one, the pins."""
+    found = [(state.side, state.sides[state.side])]
+    if state.plots.both:
+        found.append((_other(state), state.sides[_other(state)]))
+    return found + [(f"pin {i + 1}", pin) for i, pin in enumerate(state.plots.pins)]
+
+
+def summed(curves_of: list[list[Curve]], evaluate) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(x, values [n, 3]) of each list of curves that share their x: those of the lobes of one material."""
+    return [(parts[0].x, sum(np.broadcast_to(c.of(evaluate), (len(c.x), 3)) for c in parts)) for parts in curves_of]
+
+
+def values(services: Services, slot: str, key, make: Callable[[], list[list[Curve]]], part: int = 1 << 10):
+    """(reference, shader), each a list of (x, values) or None: the reference's by the worker, which also makes the
+    points; the shader's `part` lists of curves a frame."""
+    shelf = Shelf.of(services)
+
+    def reference():
+        made = make()
+        return made, summed(made, services.evaluate_reference)
+
+    known = shelf.get(services, f"{slot} reference", key, reference)
+    if known is None:
+        return None, None
+    made_key, (made, told) = known
+    found = []
+    for i in range(0, len(made), part):
+        some = made[i : i + part]
+        got = shelf.get(services, f"{slot} shader {i}", made_key,
+                        lambda some=some: summed(some, services.evaluate_glsl), opengl=True)
+        found += got[1] if got else []
+    return told, found if len(found) == len(made) else None
+
+
+def _key(material: list[Lobe], *more):
+    return repr(material), *more
+
+
+def channel(plots: Plots, rows: np.ndarray) -> np.ndarray:
+    """[n, 3] -> [n]"""
+    return rows @ np.asarray(CHANNELS.get(plots.channel, curves.LUMINANCE))
+
+
+def _plane_series(state: State, services: Services) -> list[Series]:
+    plots, found = state.plots, []
+    angles, azimuth = np.radians(plots.incidences), np.radians(plots.azimuth)
+    for m, (name, material) in enumerate(materials(state)):
+        def make(material=material):
+            return [[curves.in_incidence_plane(lobe.function, lobe.values, a, azimuth) for lobe in material]
+                    for a in angles]
+
+        told, got = values(services, f"plane {m}", _key(material, plots.incidences, azimuth), make)
+        for is_reference, lists in ((True, told), (False, got)):
+            if lists is None or (is_reference and not plots.reference):
+                continue
+            for i, (x, rows) in enumerate(lists[: len(plots.incidences)]):
+                label = f"{name} {plots.incidences[i]:.0f}°"
+                found.append(Series(label, x, channel(plots, rows), PALETTE[i], m, is_reference))
+    return found
+
+
+def _albedo_series(state: State, services: Services) -> list[Series]:
+    plots, found = state.plots, []
+    for m, (name, material) in enumerate(materials(state)):
+        def make(material=material):
+            return [[curves.albedo(lobe.function, lobe.values, np.array([a])) for lobe in material]
+                    for a in ALBEDO_ANGLES]
+
+        told, got = values(services, f"albedo {m}", _key(material), make, ALBEDO_PART)
+        for is_reference, lists in ((True, told), (False, got)):
+            if lists and (plots.reference or not is_reference):
+                y = channel(plots, np.concatenate([rows for _, rows in lists]))
+                found.append(Series(f"{name} {_name(material)}", ALBEDO_ANGLES, y, PALETTE[m], m, is_reference))
+    return found
+
+
+def _term_series(state: State, services: Services, letter: str) -> list[Series]:
+    plots, found = state.plots, []
+    angles = plots.incidences if letter == "G" else (0.0,)
+    azimuth = np.radians(plots.azimuth)
+    for m, (name, material) in enumerate(materials(state)):
+        for lobe in material:
+            term = own_term(services, lobe.function, letter)
+            if term is None:
+                continue
+            given = choices.term_values(term, lobe.values)
+            single = len(angles) == 1 or curves.one_angle(term) or letter == "D"
+
+            def make(term=term, given=given, single=single):
+                return [[curves.term(term, given, np.radians(a), azimuth)] for a in (angles[:1] if single else angles)]
+
+            told, got = values(services, f"{letter} {m} {lobe.key}", (term.key, repr(given), angles, azimuth), make)
+            for is_reference, lists in ((True, told), (False, got)):
+                if lists is None or (is_reference and not plots.reference):
+                    continue
+                for i, (x, rows) in enumerate(lists):
+                    angle = "" if single else f" {angles[i]:.0f}°" if i < len(angles) else ""
+                    found.append(Series(f"{name} {choices.short(term)}{angle}", x, channel(plots, rows),
+                                        PALETTE[(m if single else i) % len(PALETTE)], m, is_reference))
+    return found
+
+
+def own_term(services: Services, lobe: Function, letter: str) -> Function | None:
+    shelf = Shelf.of(services)
+    slot = f"term {letter} {lobe.key}"
+    if shelf.values.get(slot, (None,))[0] is not services.library:
+        shelf.values[slot] = services.library, choices.own_term(services.library, lobe, letter)
+    return shelf.values[slot][1]
+
+
+# --- drawing ----------------------------------------------------------------------------------------------------------
+
+
+def dashes(x: np.ndarray, y: np.ndarray, scale: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points at even distances along a line, for a line of segments: y counts `scale` times."""
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    if len(x) < 2:
+        return x, y
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), scale * np.diff(y)))])
+    even = np.linspace(0.0, along[-1], count)
+    return np.interp(even, along, x), np.interp(even, along, y)
+
+
+def line(series: Series, x: np.ndarray, y: np.ndarray, scale: float) -> None:
+    """Broad and pale for the reference, thin for the shader; dashed for what is beside the edited side."""
+    weight = 1.4 * imgui.get_style().font_scale_dpi
+    color = imgui.ImVec4(*series.color, 0.35 if series.is_reference else 1.0)
+    spec = implot.Spec(line_color=color, line_weight=4 * weight if series.is_reference else weight)
+    if series.line:
+        x, y = dashes(x, y, scale, DASHES[min(series.line, len(DASHES)) - 1])
+        spec.flags = implot.LineFlags_.segments
+    # The legend shows the shader's line alone.
+    label = f"##{series.label} reference" if series.is_reference else series.label
+    implot.plot_line(label, np.ascontiguousarray(x, float), np.ascontiguousarray(y, float), spec)
+
+
+def _empty(text: str, size: imgui.ImVec2) -> None:
+    if imgui.begin_child("empty", size):
+        wrapped(text, disabled=True)
+    imgui.end_child()
+
+
+_LOCKED = implot.AxisFlags_.lock | implot.AxisFlags_.no_menus
+_PLOT = implot.Flags_.no_menus | implot.Flags_.no_box_select | implot.Flags_.no_title
+
+
+def radius(f: np.ndarray, largest: float, logarithmic: bool) -> np.ndarray:
+    """Of a polar plot in which the largest value has radius 1, and, where logarithmic, DECADES below it 0."""
+    share = np.maximum(f, 0.0) / max(largest, 1e-300)
+    return np.maximum(1.0 + np.log10(np.maximum(share, 1e-300)) / DECADES, 0.0) if logarithmic else share
+
+
+def _polar(state: State, services: Services, size: imgui.ImVec2) -> None:
+    plots, series = state.plots, _plane_series(state, services)
+    largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
+    pad = 0.2 * imgui.get_font_size()
+    implot.push_style_var(implot.StyleVar_.plot_padding, imgui.ImVec2(pad, pad))
+    bare = implot.AxisFlags_.no_decorations | _LOCKED
+    if implot.begin_plot("##polar", size, _PLOT | implot.Flags_.no_legend | implot.Flags_.no_mouse_text):
+        implot.setup_axes("", "", bare, bare)
+        aspect = (size.x - 2 * pad) / max(size.y - 2 * pad, 1.0)
+        half = 0.5 * (POLAR_TOP - POLAR_BOTTOM) * aspect  # a unit is as long both ways
+        widened = max(POLAR_TOP / half, 1.0)
+        implot.setup_axes_limits(-half * widened, half * widened, POLAR_BOTTOM * widened, POLAR_TOP * widened,
+                                 implot.Cond_.always)
+        _polar_grid(plots, largest)
+        for s in series:
+            r = radius(s.y, largest, plots.logarithmic)
+            line(s, r * np.sin(s.x), r * np.cos(s.x), 1.0)
+        for i, angle in enumerate(np.radians(plots.incidences)):
+            spec = implot.Spec(line_color=imgui.ImVec4(*PALETTE[i], 0.9), line_weight=2.0)
+            ends = np.array([1.0, 1.05])
+            implot.plot_line(f"##light {i}", -np.sin(angle) * ends, np.cos(angle) * ends, spec)
+        implot.end_plot()
+    implot.pop_style_var()
+
+
+def _polar_grid(plots: Plots, largest: float) -> None:
+    faint = implot.Spec(line_color=imgui.ImVec4(1.0, 1.0, 1.0, 0.14), line_weight=1.0)
+    turn = np.linspace(-np.pi / 2, np.pi / 2, 91)
+    for share in (0.25, 0.5, 0.75, 1.0):
+        implot.plot_line("##ring", share * np.sin(turn), share * np.cos(turn), faint)
+    for angle in np.radians(np.arange(-90, 91, 30)):
+        implot.plot_line("##ray", np.array([0.0, np.sin(angle)]), np.array([0.0, np.cos(angle)]), faint)
+    for angle in (-60, -30, 30, 60):
+        implot.plot_text(f"{abs(angle)}°", 1.1 * np.sin(np.radians(angle)), 1.07 * np.cos(np.radians(angle)))
+    if largest > 0:
+        value = largest * 10.0 ** (-DECADES / 2) if plots.logarithmic else largest / 2
+        implot.plot_text(f"{value:.2g}", 0.5, 0.5 * POLAR_BOTTOM)
+        implot.plot_text(f"{largest:.2g} /sr", 1.0, 0.5 * POLAR_BOTTOM)
+    implot.plot_text("light", -0.75, 0.5 * POLAR_BOTTOM)
+
+
+def _over_angle(state: State, services: Services, size: imgui.ImVec2) -> None:
+    series = _plane_series(state, services)
+    _angles("##angle", series, size, "angle of the view", "f [1/sr]", state.plots.logarithmic, (-90.0, 90.0),
+            legend=None)
+
+
+def _albedo(state: State, services: Services, size: imgui.ImVec2) -> None:
+    series = _albedo_series(state, services)
+    top = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
+    _angles("##albedo", series, size, "angle of the view", "albedo", False, (0.0, 90.0), (0.0, 1.05 * max(top, 1.0)),
+            mark=1.0)
+
+
+_LEGEND = {"F": implot.Location_.north_west, "D": implot.Location_.north_east, "G": implot.Location_.south}
+
+
+def _term(letter: str):
+    def draw_term(state: State, services: Services, size: imgui.ImVec2) -> None:
+        series = _term_series(state, services, letter)
+        if not series:
+            named = ", ".join(choices.short(lobe.function) for lobe in state.sides[state.side])
+            what = {"F": "no Fresnel term F", "D": "no distribution D", "G": "no masking G"}[letter]
+            return _empty(f"{named} has {what} of its own in the library.", size)
+        left = -90.0 if any(s.x[0] < 0 for s in series) else 0.0
+        top = max(float(s.y.max(initial=0.0)) for s in series)
+        limits = None if letter == "D" else (0.0, max(1.05, 1.05 * top))
+        about = {"F": "angle of incidence", "D": "tilt of the facet", "G": "angle of the view"}[letter]
+        _angles(f"##{letter}", series, size, about, "D [1/sr]" if letter == "D" else letter,
+                letter == "D" and state.plots.logarithmic, (left, 90.0), limits, legend=_LEGEND[letter])
+    return draw_term
+
+
+def _angles(title: str, series: list[Series], size: imgui.ImVec2, x_label: str, y_label: str, logarithmic: bool,
+            x_limits: tuple[float, float], y_limits: tuple[float, float] | None = None, mark: float | None = None,
+            legend: implot.Location_ | None = implot.Location_.north_west) -> None:
+    """Values over an angle in degrees."""
+    largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0) or 1.0
+    low, high = y_limits or ((largest * 10.0**-DECADES, 2 * largest) if logarithmic else (0.0, 1.05 * largest))
+    if not implot.begin_plot(title, size, _PLOT | (0 if legend is not None else implot.Flags_.no_legend)):
+        return
+    implot.setup_axes(x_label, y_label, _LOCKED, _LOCKED)
+    implot.setup_axis_limits(implot.ImAxis_.x1, *x_limits, implot.Cond_.always)
+    implot.setup_axis_limits(implot.ImAxis_.y1, low, high, implot.Cond_.always)
+    if logarithmic:
+        implot.setup_axis_scale(implot.ImAxis_.y1, implot.Scale_.log10)
+    ticks = list(np.arange(x_limits[0], x_limits[1] + 1, 30.0))
+    implot.setup_axis_ticks(implot.ImAxis_.x1, ticks, [f"{t:.0f}°" for t in ticks])
+    if legend is not None:
+        implot.setup_legend(legend, implot.LegendFlags_.no_buttons)
+    if mark is not None:
+        spec = implot.Spec(line_color=imgui.ImVec4(1.0, 1.0, 1.0, 0.3), line_weight=1.0)
+        implot.plot_line("##mark", np.array(x_limits), np.array([mark, mark]), spec)
+    for s in series:
+        y = np.maximum(s.y, 0.1 * low) if logarithmic else s.y
+        line(s, np.degrees(s.x), y, (x_limits[1] - x_limits[0]) / (2.0 * (high - low)))
+    implot.end_plot()
+
+
+def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
+    """The lobe over the hemisphere, for a light at the last of the angles."""
+    plots, material = state.plots, state.sides[state.side]
+    angle, azimuth = np.radians(plots.incidences[-1]), np.radians(plots.azimuth)
+
+    def make():
+        return [[curves.over_hemisphere(lobe.function, lobe.values, angle, azimuth, RINGS, SPOKES)
+                 for lobe in material]]
+
+    told, got = values(services, "solid", _key(material, angle, azimuth), make)
+    if implot3d.get_current_context() is None:
+        implot3d.create_context()
+    flags = implot3d.Flags_.no_legend | implot3d.Flags_.no_title | implot3d.Flags_.no_menus
+    if not implot3d.begin_plot("##solid", size, flags):
+        return
+    bare = implot3d.AxisFlags_.no_tick_labels | implot3d.AxisFlags_.no_tick_marks
+    implot3d.setup_axes("T", "B", "N", bare, bare, bare)
+    implot3d.setup_axes_limits(-1.0, 1.0, -1.0, 1.0, 0.0, 1.0, implot3d.Cond_.always)
+    implot3d.setup_box_scale(1.75, 1.75, 0.875)
+    chosen = got or told
+    if chosen:
+        f = channel(plots, chosen[0][1])
+        r = radius(f, float(f.max()), plots.logarithmic)
+        directions = curves.grid(angle, azimuth, RINGS, SPOKES).reshape(-1, 3)
+        surface = np.ascontiguousarray((r[:, None] * directions).T.astype(np.float32))
+        implot3d.push_colormap("Viridis")
+        smooth = implot3d.Spec(flags=implot3d.SurfaceFlags_.no_lines)
+        implot3d.plot_surface("lobe", *surface, SPOKES, RINGS, spec=smooth)
+        implot3d.pop_colormap()
+    tip = np.array([[0.0, 0.0, 0.0], curves.in_plane(-angle, azimuth)[0]], np.float32)
+    implot3d.plot_line("light", *np.ascontiguousarray(tip.T))
+    implot3d.end_plot()
+
+
+_DRAWN = {"lobe": _polar, "angle": _over_angle, "solid": _solid, "albedo": _albedo} | {x: _term(x) for x in "FDG"}

@@ -54,12 +54,16 @@ class Environment:
 
 @dataclass
 class Plots:
-    """What the plots show."""
+    """What the plots show: the side that is edited; where `both`, the other one, too; and the materials in `pins`."""
 
     kind: str = "lobe"
-    logarithmic: bool = False
+    logarithmic: bool = True
     reference: bool = True
-    incidences: tuple[float, ...] = (0.0, 30.0, 60.0, 80.0)  # degrees
+    incidences: tuple[float, ...] = (0.0, 30.0, 60.0)  # degrees
+    azimuth: float = 0.0  # degrees from T of the plane of incidence
+    channel: str = "luminance"
+    both: bool = False
+    pins: list[list[Lobe]] = field(default_factory=list)
 
 
 @dataclass
@@ -151,7 +155,7 @@ _VIEW = (
     Key("tone", Choice(TONES), "tone curve of the display", "sRGB"),
     Key("scale", Number(1e-12, 1e6), "the difference that has full colour", 1e-6),
     Key("plot", Text(), "what is plotted", "lobe"),
-    Key("logarithmic", Flag(), "whether the plot is logarithmic", False),
+    Key("logarithmic", Flag(), "whether the plot is logarithmic", True),
     Key("curves", Flag(), "whether the reference is plotted", True),
 )
 
