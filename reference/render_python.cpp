@@ -40,11 +40,14 @@ void make(Render* self, const Scene& scene, const Camera& camera, int width, int
 // An array [h, w, channels] from what value(pixel, samples) gives for each pixel.
 template <class T, class Value> nb::object picture(const Film& film, std::size_t channels, const Value& value) {
     std::vector<T> image(std::size_t(film.width) * film.height * channels);
-    for (std::size_t t = 0; t < film.tiles(); ++t)
-        film.for_pixels(t, [&](int x, int y) {
-            const std::size_t pixel = film.pixel(x, y);
-            value(pixel, film.samples(t), image.data() + channels * pixel);
-        });
+    {
+        nb::gil_scoped_release unlocked;  // so that a window goes on meanwhile
+        for (std::size_t t = 0; t < film.tiles(); ++t)
+            film.for_pixels(t, [&](int x, int y) {
+                const std::size_t pixel = film.pixel(x, y);
+                value(pixel, film.samples(t), image.data() + channels * pixel);
+            });
+    }
     const std::size_t h = film.height, w = film.width;
     return channels == 1 ? to_numpy(std::move(image), {h, w}) : to_numpy(std::move(image), {h, w, channels});
 }

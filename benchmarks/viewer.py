@@ -1,0 +1,173 @@
+"""How smoothly the viewer runs, by software OpenGL: python benchmarks/viewer.py writes benchmarks/results/viewer.json.
+
+It opens the real window, on DISPLAY or on an Xvfb of its own, and turns the camera around the teapot, GGX under a point light,
+while the reference traces; then it changes lobes for 10 000 frames and looks at the memory. On two quiet cores: five minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+PICTURE = (960, 540)
+SETTLED = 0.2  # of the frames, after which memory should stay
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=600, help="timed")
+    parser.add_argument("--seconds", type=float, default=15.0, help="of frames in which nothing moves")
+    parser.add_argument("--memory-frames", type=int, default=10_000)
+    parser.add_argument("--changes", type=int, default=200, help="of the lobe, in these")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results" / "viewer.json")
+    options = parser.parse_args()
+    server = None if os.environ.get("DISPLAY") else xvfb()
+    try:
+        results = {"schema": 1, "machine": {"processor": processor(), "cores": os.cpu_count()}, "start": start()}
+        results |= measured(options)
+    finally:
+        if server:
+            server.terminate()
+    from lobe.lab import files
+
+    files.write_json(options.out, results)
+    files.write_json("-", results)
+
+
+def xvfb() -> subprocess.Popen:
+    if not shutil.which("Xvfb"):
+        sys.exit("no DISPLAY and no Xvfb: apt-get install xvfb")
+    read, write = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1080x24", "-nolisten", "tcp"],
+                              pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        os.environ["DISPLAY"] = f":{pipe.readline().strip()}"
+    return server
+
+
+def start() -> dict:
+    """Seconds from the command to the end of its first frame, of several starts."""
+    taken = []
+    for _ in range(5):
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "lobe.lab", "view", "--frames", "1"], check=True)
+        taken.append(time.perf_counter() - began)
+    return {"seconds_median": float(np.median(taken)), "seconds": taken, "what": "lobe view --frames 1, process to exit"}
+
+
+def measured(options) -> dict:
+    from lobe.viewer import app as app_, state as states, window
+
+    state = states.initial()
+    state.lights, state.mode = state.lights[:1], "split"  # the point light
+    app = app_.App(window.Glfw(1400, 900, vsync=False), state)
+    try:
+        resize(app)
+        results = {"renderer": app.services.renderer, "picture": list(app.size),
+                   "what": "lobe_GGX on the teapot, one point light, the camera turns in every frame, mode split"}
+        for reference in ("traced", "direct"):
+            state.reference = reference
+            results[f"orbit_{reference}"] = orbit(app, options.frames)
+        results["still_traced"] = still(app, options.seconds)
+        state.environment, state.lights = states.Environment(states.probes()["lobby"]), []
+        results["orbit_environment"] = orbit(app, options.frames // 2)
+        state.environment, state.lights = None, states.initial().lights
+        results["memory"] = memory(app, options.memory_frames, options.changes)
+    finally:
+        app.release()
+    return results
+
+
+def resize(app) -> None:
+    """Makes the window such that its picture has the wanted size."""
+    import glfw
+
+    for _ in range(20):
+        app.window.poll(0.05)
+        app.frame()
+        if app.size == PICTURE:
+            return
+        size = (s + wanted - got for s, wanted, got in zip(app.window.size, PICTURE, app.size))
+        glfw.set_window_size(app.window._window, *size)
+    raise RuntimeError(f"the picture has {app.size} pixels")
+
+
+def orbit(app, count: int) -> dict:
+    """Frame times while the camera turns, and how often a picture of full size was drawn in them."""
+    from lobe.viewer import camera
+
+    def turn():
+        camera.orbit(app.state, 0.01, 0.0)
+
+    for _ in range(30):
+        turn()
+        app.frame()
+    return times(app, lambda i: i < count, turn) | {"picture_ms": 1e3 * app.pictures["A"].seconds}
+
+
+def still(app, seconds: float) -> dict:
+    """Frame times while nothing moves and the reference gets better."""
+    app.state.reference = "traced"
+    end = time.perf_counter() + seconds
+    measured = times(app, lambda i: time.perf_counter() < end, lambda: None)
+    return measured | {"samples": app.services.job.samples, "error": app.services.job.error}
+
+
+def times(app, more, step) -> dict:
+    taken = []
+    while more(len(taken)):
+        began = time.perf_counter()
+        step()
+        app.window.poll(0.0)
+        app.frame()
+        taken.append(time.perf_counter() - began)
+    taken = np.array(taken)
+    median = float(np.median(taken))
+    return {"frames": len(taken), "fps_median": 1 / median, "ms_median": 1e3 * median, "ms_p99": 1e3 * float(np.quantile(taken, 0.99)),
+            "p99_over_median": float(np.quantile(taken, 0.99)) / median, "ms_max": 1e3 * float(taken.max())}
+
+
+def memory(app, count: int, changes: int) -> dict:
+    """Resident memory while lobes change, object and camera with them; and the frame times of it all."""
+    from lobe.viewer import camera, state as states
+
+    known, every = list(states.lobes()), count // changes
+    app.state.reference = "direct"
+    resident, taken = [], np.empty(count)
+    for i in range(count):
+        if i % every == 0:
+            app.state.sides["A"] = [states.default_lobe(known[i // every % len(known)])]
+        camera.orbit(app.state, 0.003, 0.0)
+        began = time.perf_counter()
+        app.window.poll(0.0)
+        app.frame()
+        taken[i] = time.perf_counter() - began
+        if i % max(count // 50, 1) == 0:
+            resident.append(rss())
+    first = resident[int(SETTLED * len(resident))]
+    return {"frames": count, "changes": changes, "MB": [round(x, 1) for x in resident], "MB_settled": first,
+            "MB_end": resident[-1], "growth_MB": resident[-1] - first, "ms_median": 1e3 * float(np.median(taken)),
+            "ms_p99": 1e3 * float(np.quantile(taken, 0.99))}
+
+
+def rss() -> float:
+    """Resident megabytes of this process."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def processor() -> str:
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor())
+
+
+if __name__ == "__main__":
+    main()
