@@ -214,6 +214,20 @@ def fit(
     commands.fit(data, lobes, settings or [], anisotropic, seed, output)
 
 
+@app.command()
+def gallery(
+    names: Annotated[list[str], typer.Argument(help="Lobes or files; all where none is named.")] = None,
+    context: Annotated[str, typer.Option("--context", help="egl or osmesa.")] = "egl",
+    size: Size = 240,
+    out: Out = Path("out/gallery"),
+    json: Json = None,
+):
+    """Show every lobe: on the teapot, as polar plots, in the history of models, and where its highlights point."""
+    from . import commands
+
+    commands.gallery(names or [], context, size, out, json)
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def test(ctx: typer.Context,
          full: Annotated[bool, typer.Option("--full", help="Also the long tests.")] = False):

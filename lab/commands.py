@@ -456,3 +456,26 @@ def drawable_lobe(name: str) -> Function:
         raise InputError(f"{name}: is no lobe of N, V and L, expected one such as lobe_GGX; lobe list shows them")
     compare_.require_reference(tuple(found[:1]))
     return found[0]
+
+
+def gallery(names: list[str], context: str, size: int, out: Path, json: str | None) -> None:
+    from . import gallery as shown
+    from . import gallery_page
+    from .progress import progress
+
+    library = catalogue.load()
+    functions = shown.lobes(library, names)
+    if not functions:
+        raise InputError(f"gallery {' '.join(names)}: no lobe of N, V, L among these, expected some of "
+                         + ", ".join(f.name for f in library.functions if f.takes_vectors))
+    if context not in gl.CONTEXTS:
+        raise InputError(f"--context {context}: expected one of {', '.join(gl.CONTEXTS)}")
+    output_places(out, json)
+    shade = shown.Shades(library, gl.create_context(context))
+    with progress() as step:
+        exhibits = shown.exhibits(library, functions, shade, step)
+        page = gallery_page.write(exhibits, shade, out, size, step)
+    if json:
+        files.write_json(json, {"schema": SCHEMA, "results": gallery_page.measured(exhibits, shade)})
+    if json != "-":
+        print(f"{len(exhibits)} lobes\npage: {page}")

@@ -210,7 +210,11 @@ class Pixels:
 @cache
 def pixels(scene: Scene, size: int, shadows: bool = True) -> Pixels:
     built, camera = build(scene)
-    traced = built.trace(camera, size, size, shadows=shadows)
+    return seen(built.trace(camera, size, size, shadows=shadows))
+
+
+def seen(traced: dict[str, np.ndarray]) -> Pixels:
+    """What the reference traced."""
     mask = traced["object"] >= 0
     return Pixels(mask, *(traced[k][mask] for k in ("N", "T", "V")), *(traced[k][:, mask] for k in ("L", "E")),
                   traced["primitive"][mask])
