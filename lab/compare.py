@@ -20,6 +20,7 @@ FLOAT32_ROUNDOFF = 2.0**-24
 SMALLEST_REFERENCE = 1e-30  # below it, 0 <= got <= 2e-30 is enough
 JUMP_DISTANCE = 2.0**-22  # an input this near to a jump may fall to either side
 MAX_UNDECIDED = 1e-4  # of the pixels
+NEARBY = 1024  # arguments that are tried about one
 HARDWARE_FACTOR = 4  # GPUs may round more coarsely
 FRAME_UNITS = 2048  # interpolation included
 MAX_EDGE = 3e-3  # of the object's pixels: coverage or triangle differs
@@ -309,7 +310,7 @@ def _row(case: Case, shader: Shader, context: gl.Context, got: np.ndarray, units
 
 def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) -> np.ndarray:
     """Where a failed value is right for the other side of a jump of the function, nearer than 2^-22 to the input, or of
-    the edge of the region where it is 0."""
+    the edge of the region where it is 0; or for another azimuth, where the input is that near to a pole."""
     undecided = np.zeros_like(failed)
     lights = next(iter(case.inputs.values())).shape[0]
     packed = rows(case.function, case.inputs).reshape(lights, len(got), -1)
@@ -326,7 +327,31 @@ def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) ->
                 close = np.abs(got[n] - expected) <= allowed * (case.reference.unit[n] + weight * (unit - here_unit[0]))
                 close |= (np.abs(expected) < SMALLEST_REFERENCE) & (got[n] >= 0) & (got[n] <= 2 * SMALLEST_REFERENCE)
                 undecided[n] |= failed[n] & close
+            for channel in np.flatnonzero(failed[n] & ~undecided[n]):
+                sought = got[n, channel] - case.reference.value[n, channel]
+                factor = 1.0 if case.weights is None else float(weight[channel])
+                undecided[n, channel] |= factor != 0 and _is_right_nearby(
+                    case.function, packed[light, n], channel, here[0, channel] + sought / factor, allowed)
     return undecided
+
+
+def _is_right_nearby(function: Function, x: np.ndarray, channel: int, sought: float, allowed: int) -> bool:
+    """Whether a value is right but for rounding, for directions within 2^-22 of those in x. So it may be at the pole of
+    an azimuth, around which a function takes all values between two bounds: no condition number tells of these."""
+    def value(at):
+        return reference.evaluate(function.key, at)[:, channel]
+
+    reach = JUMP_DISTANCE * np.concatenate([np.full(p.width, p.kind in ("direction", "half")) for p in function.parameters])
+    tried = x + reach * np.random.default_rng(0).uniform(-1, 1, (NEARBY, len(x)))
+    f = value(tried)
+    above = f >= sought
+    if above.all() or not above.any():
+        return False
+    low, high = tried[~above][np.argmax(f[~above])], tried[above][np.argmin(f[above])]
+    for _ in range(60):  # towards a place where the function has the value, or jumps past it
+        middle = (low + high) / 2
+        low, high = (low, middle) if value(middle[None])[0] >= sought else (middle, high)
+    return bool((np.abs(value(np.stack([low, high])) - sought) <= allowed * FLOAT32_ROUNDOFF * np.abs(sought)).any())
 
 
 def _edge_unit(function: Function, x: np.ndarray) -> np.ndarray:

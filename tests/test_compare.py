@@ -44,3 +44,17 @@ def test_tiny_references_need_no_digits_but_zero_needs_zero():
     got = np.array([2e-30, 1e-29, -1e-40, 1.9e-30, 2.1e-30, 2.1e-30, np.nan])
     units = compare.units_of(got, compare.Values(value, unit, unit))
     assert units[[0, 3]].max() == 0 and np.isinf(units[[1, 2, 6]]).all() and units[4] > 1e6 and units[5] < 1
+
+
+@pytest.mark.parametrize("distance, near", [(2.0**-23, True), (2.0**-19, False)])
+def test_near_a_pole_every_azimuth_is_undecided_and_no_other_value(distance, near):
+    """A grows from sqrt(p), where H lies along T as here, to 1 / sqrt(p), a hundred times as much."""
+    (function,) = catalogue.load().find("lobe_Schlick_directional")
+    given = {"N": (0, 0, 1), "T": (1, 0, 0), "V": (0.6, 0, 0.8), "L": (2 * distance - 0.6, 0, 0.8), "f0": (0.5,) * 3,
+             "r": 0.1, "p": 0.01}
+    inputs = {name: np.float32(x).reshape(1, 1, -1) for name, x in given.items()}
+    case = compare.Case(function, "", "points", inputs, None, compare.reference_values(function, inputs, None))
+    for part, excused in ((20, near), (90, near), (110, False)):
+        got = (part * case.reference.value).astype(np.float32)
+        failed = compare.units_of(got, case.reference) > function.units
+        assert failed.all() and compare._undecided(case, got, failed, function.units).all() == excused, part
