@@ -159,7 +159,7 @@ class App:
 
     def _panel(self, name: str, width: float, height: float, padded: bool = True):
         def draw(content) -> None:
-            flags = imgui.ChildFlags_.borders if padded else imgui.ChildFlags_.none
+            flags = imgui.ChildFlags_.nav_flattened | (imgui.ChildFlags_.borders if padded else imgui.ChildFlags_.none)
             spacing = imgui.get_style().item_spacing
             imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(spacing.x, 0.0))
             imgui.begin_child(name, (width, height), flags)
@@ -175,7 +175,7 @@ class App:
             for name, content in (("Numbers", numbers_panel), ("Scene", scene_panel)):
                 flags = imgui.TabItemFlags_.set_selected if self.layout.tab == name else 0
                 if imgui.begin_tab_item(name, None, flags)[0]:
-                    if imgui.begin_child(f"{name} content"):
+                    if imgui.begin_child(f"{name} content", child_flags=imgui.ChildFlags_.nav_flattened):
                         content.draw(self.state, self.services)
                     imgui.end_child()
                     imgui.end_tab_item()

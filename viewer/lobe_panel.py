@@ -9,11 +9,12 @@ from weakref import WeakKeyDictionary
 from imgui_bundle import imgui
 
 from ..lab.catalogue import Function, Parameter
-from . import choices, presets
+from . import choices, presets, theme
 from .services import Services
 from .state import SIDES, Lobe, State
 
 MOST_LOBES = 4  # of one material
+LIST = imgui.Key.l  # opens the list of lobes
 _SLIDER = (imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.no_round_to_format).value
 _COLOUR = (imgui.ColorEditFlags_.float | imgui.ColorEditFlags_.picker_hue_wheel).value
 _searched: WeakKeyDictionary = WeakKeyDictionary()  # services -> the text in the search box
@@ -57,7 +58,7 @@ def _lobe(material: list[Lobe], i: int, services: Services) -> bool:
     lobe = material[i]
     removable = len(material) > 1
     imgui.set_next_item_width(-1.8 * imgui.get_font_size() if removable else -1)
-    _chooser(lobe, services)
+    _chooser(lobe, services, asked=i == 0 and _pressed(LIST))
     removed = False
     if removable:
         imgui.same_line()
@@ -79,12 +80,20 @@ def _lobe(material: list[Lobe], i: int, services: Services) -> bool:
     return removed
 
 
+def _pressed(key: imgui.Key) -> bool:
+    io = imgui.get_io()
+    alone = not (io.want_text_input or io.key_ctrl or io.key_shift or io.key_alt)
+    return alone and imgui.is_key_pressed(key, False)
+
+
 # --- which lobe -------------------------------------------------------------------------------------------------------
 
 
-def _chooser(lobe: Lobe, services: Services) -> None:
-    """A list of all lobes by family and year, with a search; Enter takes the first one found."""
+def _chooser(lobe: Lobe, services: Services, asked: bool) -> None:
+    """A list of all lobes by family and year, with a search; Enter takes the first one found. `asked` opens it."""
     function = lobe.function
+    if asked:
+        imgui.open_popup(imgui.internal.im_hash_str("##ComboPopup", 0, imgui.get_id("##lobe")))
     if not imgui.begin_combo("##lobe", f"{choices.short(function)}  {choices.year(function)}",
                              imgui.ComboFlags_.height_largest):
         return
@@ -202,7 +211,7 @@ def _takes(lobe: Lobe, services: Services) -> None:
 def _source(function: Function, services: Services) -> None:
     """Header and code in a popup, to read and to copy from."""
     em, screen = imgui.get_font_size(), imgui.get_main_viewport().size
-    imgui.set_next_window_size((min(60 * em, 0.9 * screen.x), min(34 * em, 0.85 * screen.y)))
+    imgui.set_next_window_size((min(66 * em, 0.95 * screen.x), min(34 * em, 0.85 * screen.y)))
     if not imgui.begin_popup("source"):
         return
     path = str(function.path)
@@ -210,8 +219,10 @@ def _source(function: Function, services: Services) -> None:
     imgui.same_line()
     if imgui.small_button("copy path"):
         services.copy(f"{path}:{function.line}", "The place")
+    theme.push_mono()
     imgui.input_text_multiline("##code", f"{function.header}\n{function.definition}\n", (-1, -1),
                                imgui.InputTextFlags_.read_only)
+    imgui.pop_font()
     imgui.end_popup()
 
 

@@ -77,9 +77,10 @@ def _pixel_table(pixel: Pixel, light: int) -> None:
 
 @dataclass(frozen=True)
 class Errors:
-    """Of a picture, over the pixels of the object that both have; `units` is absent where light is traced."""
+    """Of a picture, over the pixels in which both have the same of the object."""
 
     largest: float
+    most: float  # what 99 % of the channels stay below
     rms: float
     relative: float  # rms over the mean of the reference
     nonfinite: int
@@ -87,13 +88,14 @@ class Errors:
 
 
 def errors(shader: np.ndarray, reference: np.ndarray) -> Errors:
-    both = (shader[..., 3] == 1) & (reference[..., 3] == 1)
+    both = (shader[..., 3] >= 1) & (shader[..., 3] == reference[..., 3])
     a, b = shader[both][:, :3].astype(float), reference[both][:, :3].astype(float)
     finite = np.isfinite(a).all(1) & np.isfinite(b).all(1)
     difference = (a - b)[finite]
     rms = float(np.sqrt(np.mean(difference**2))) if len(difference) else 0.0
     mean = float(np.mean(b[finite])) if len(difference) else 0.0
-    return Errors(float(abs(difference).max(initial=0.0)), rms, rms / mean if mean > 0 else 0.0,
+    most = float(np.quantile(abs(difference), 0.99)) if len(difference) else 0.0
+    return Errors(float(abs(difference).max(initial=0.0)), most, rms, rms / mean if mean > 0 else 0.0,
                   int((~np.isfinite(shader[..., :3])).any(-1).sum()), int(both.sum()))
 
 
@@ -121,7 +123,7 @@ class Flip:
         return None
 
     def _run(self, key, shader: np.ndarray, reference: np.ndarray) -> None:
-        both = ((shader[..., 3] == 1) & (reference[..., 3] == 1))[..., None]
+        both = ((shader[..., 3] >= 1) & (reference[..., 3] >= 1))[..., None]
         packed = BytesIO()
         for picture in (reference, shader):
             np.save(packed, np.where(both, np.nan_to_num(picture[..., :3]), 0.0).astype(np.float32))
@@ -145,7 +147,8 @@ def _picture(state: State, services: Services) -> None:
         return
     told: Errors = slot.value
     flip = Flip.of(services).ask((key, id(shader)), shader, reference)
-    rows = [("largest", f"{told.largest:.3g}", "Largest |shader - reference| of any channel"),
+    rows = [("largest", f"{told.largest:.3g}  (99 % below {told.most:.2g})",
+             "|shader - reference| of any channel; the largest is where an edge falls into a pixel"),
             ("rms", f"{told.rms:.3g}  ({told.relative:.2g} of the mean)", "Root of the mean square of the difference"),
             ("FLIP", "..." if flip is None else f"{flip:.2g}", "Mean FLIP of the pictures as a display shows them"),
             ("not finite", f"{told.nonfinite} of {told.pixels}", "Pixels of the shader that are NaN or infinite")]
@@ -228,21 +231,29 @@ def _loss(state: State, services: Services) -> None:
         wrapped(f"{side}  {names}" + ("" if count is None else f", {count} cycles"))
     if repr(A) == repr(B):
         return wrapped("A and B are the same.", disabled=True)
+    if (alike := [_like(a, b) for a, b in zip(A, B)]) != B[: len(A)] and imgui.small_button("give B the values of A"):
+        B[: len(alike)] = alike
     spent = cycles(A, services), cycles(B, services)
     if None not in spent and spent[0] > 0:
         share = 100 * (spent[1] / spent[0] - 1)
         much = f"{abs(share):.0f} % {'less' if share < 0 else 'more'}" if spent[0] != spent[1] else "as much"
-        wrapped(f"B costs {much}")
+        wrapped(f"B costs {much}.")
     parts = _parts(A), _parts(B)
     known = Shelf.of(services).get(services, "loss", (repr(A), repr(B)), lambda: plausible.loss(*parts))
     if known is None:
         return
     found: plausible.Loss = known[1]
-    wrapped(f"and sends {share_text(found.moved)} of the light elsewhere: {share_text(found.worst)} at "
-            f"{np.degrees(found.worst_angle):.0f}°; albedos differ by up to {found.albedo:.2g}, at "
-            f"{np.degrees(found.albedo_angle):.0f}°.")
-    imgui.set_item_tooltip("The integral of |f_A - f_B| N.L over lights, of what A sends back: the mean over views, "
-                           "and the largest; by the reference")
+    wrapped(f"The difference is {share_text(found.moved)} of the light that A sends back, "
+            f"{share_text(found.worst)} for a view at {np.degrees(found.worst_angle):.0f}°; albedos are up to "
+            f"{found.albedo:.2g} apart, at {np.degrees(found.albedo_angle):.0f}°.")
+    imgui.set_item_tooltip("The integral of |f_A - f_B| N.L over lights, over that of f_A: the mean over views, and the "
+                           "largest; by the reference")
+
+
+def _like(a: Lobe, b: Lobe) -> Lobe:
+    """The lobe b with what a says of the parameters that both have."""
+    told = {name: value for name, value in a.values.items() if b.function.parameter(name)}
+    return Lobe(b.key, choices.carried_over(b.values | told, b.function))
 
 
 def share_text(share: float) -> str:

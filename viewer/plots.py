@@ -25,7 +25,7 @@ ALBEDO_PART = 4  # angles whose shader values one frame computes
 POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
 RINGS, SPOKES = 40, 72
 DASHES = (240, 120, 80, 56, 40)  # ends of dashes along a line, of what the edited side is compared with
-NARROW, WIDE = 11.0, 30.0  # em: the column of controls; a plot that is worth another one beside it
+NARROW, WIDE = 11.0, 27.0  # em: the column of controls; a plot that is worth another one beside it
 
 # Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
 PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35))
@@ -79,7 +79,7 @@ def draw(state: State, services: Services) -> None:
     for kind in shown:
         _DRAWN[kind](state, services, imgui.ImVec2(width, size.y))
         imgui.same_line()
-    if imgui.begin_child("controls", (0, size.y)):
+    if imgui.begin_child("controls", (0, size.y), imgui.ChildFlags_.nav_flattened):
         _controls(state, services, shown)
     imgui.end_child()
 
@@ -449,7 +449,8 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
     bare = implot3d.AxisFlags_.no_tick_labels | implot3d.AxisFlags_.no_tick_marks
     implot3d.setup_axes("T", "B", "N", bare, bare, bare)
     implot3d.setup_axes_limits(-1.0, 1.0, -1.0, 1.0, 0.0, 1.0, implot3d.Cond_.always)
-    implot3d.setup_box_scale(1.75, 1.75, 0.875)
+    scale = min(1.75, 0.85 * size.x / max(size.y, 1.0))  # whole, in narrow plots too
+    implot3d.setup_box_scale(scale, scale, scale / 2)
     chosen = got or told
     if chosen:
         f = channel(plots, chosen[0][1])
@@ -460,8 +461,10 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
         smooth = implot3d.Spec(flags=implot3d.SurfaceFlags_.no_lines)
         implot3d.plot_surface("lobe", *surface, SPOKES, RINGS, spec=smooth)
         implot3d.pop_colormap()
-    tip = np.array([[0.0, 0.0, 0.0], curves.in_plane(-angle, azimuth)[0]], np.float32)
-    implot3d.plot_line("light", *np.ascontiguousarray(tip.T))
+    towards = curves.in_plane(-angle, azimuth)[0].astype(np.float32)
+    color = imgui.ImVec4(*PALETTE[len(plots.incidences) - 1], 1.0)
+    implot3d.plot_line("light", *np.outer(towards, np.float32([0.0, 0.9])), implot3d.Spec(line_color=color, line_weight=2.0))
+    implot3d.plot_text(f"light {plots.incidences[-1]:.0f}°", *towards)
     implot3d.end_plot()
 
 

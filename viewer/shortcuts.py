@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from . import camera
+from . import camera, plots
 from . import state as states
 from .state import AGAINST, MODES, REFERENCES, TONES
 
@@ -33,9 +33,11 @@ HELP = (
         ("O", "next object"),
     )),
     ("Lobes", (
+        ("L", "list of lobes, with a search: type, Enter takes the first"),
         ("N  P", "next, previous lobe"),
         ("X", "swap A and B"),
         ("S", "edit A, or B"),
+        ("K", "next plot"),
     )),
     ("Files and window", (
         ("Ctrl+O", "open a mesh, an environment or a session; dropping it does the same"),
@@ -160,5 +162,6 @@ _ACTIONS = {
     Key.n: lambda app: choose(app.state, 1),
     Key.p: lambda app: choose(app.state, -1),
     Key.o: _next_object,
+    Key.k: lambda app: setattr(app.state.plots, "kind", _next(tuple(plots.KINDS), app.state.plots.kind)),
     Key._0: lambda app: camera.reset(app.state),
 }

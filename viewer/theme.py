@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from ..lab import pictures
 
 FONT = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
+MONO = FONT.parents[1] / "Inconsolata-Medium.ttf"  # for code
 FONT_SIZE = 16.0  # pixels on a screen of usual density
 ACCENT, BALL = 0xFF3CAAFF, 0xFF3A3734  # as ImGui packs them: alpha, blue, green, red
 _TEXT, _ERROR_TEXT, _SHADE, _ERROR_SHADE = 0xFFF0F0F0, 0xFFC8D8FF, 0xC0181614, 0xE0202070
@@ -20,6 +21,8 @@ def apply(density: float) -> None:
     io, style = imgui.get_io(), imgui.get_style()
     if FONT.exists():
         io.fonts.add_font_from_file_ttf(str(FONT), FONT_SIZE)
+    if MONO.exists():
+        io.fonts.add_font_from_file_ttf(str(MONO), FONT_SIZE)
     imgui.style_colors_dark()
     style.font_scale_dpi = density
     style.scale_all_sizes(density)
@@ -34,19 +37,26 @@ def apply(density: float) -> None:
     set_color(imgui.Col_.popup_bg, imgui.ImVec4(0.15, 0.155, 0.165, 0.98))
 
 
+def push_mono() -> None:
+    """The font of code, until imgui.pop_font()."""
+    fonts = imgui.get_io().fonts.fonts
+    imgui.push_font(fonts[len(fonts) - 1], 0.0)
+
+
 class Layout:
     """Widths and heights of the panels, in em, as the user has dragged them."""
 
     LEAST, MIDDLE, PICTURE = 12.0, 30.0, 12.0
 
     def __init__(self):
-        self.left, self.right, self.bottom = 19.0, 18.0, 15.0
+        self.left, self.right, self.bottom = 19.0, 18.0, 0.0
         self.tab = ""  # that should be opened
 
     def fitted(self, width: float, height: float, em: float) -> tuple[float, float, float]:
         """Left, right and bottom in ImGui's coordinates, such that the picture keeps its place."""
         self.left = min(max(self.left, self.LEAST), max(width / em - self.MIDDLE - self.LEAST, self.LEAST))
         self.right = min(max(self.right, self.LEAST), max(width / em - self.MIDDLE - self.left, self.LEAST))
+        self.bottom = self.bottom or min(max(0.26 * height / em, 15.0), 24.0)  # more plots where there is more room
         self.bottom = min(max(self.bottom, 6.0), max(height / em - self.PICTURE, 6.0))
         return self.left * em, self.right * em, self.bottom * em
 
