@@ -49,10 +49,10 @@ float lobe_D_SchlickPower(float NdotH, float h) {
 // param  r  float  1e-8..1  0.1  roughness factor, alpha^2
 // units   8
 // source  Schlick 1994, eq. 28
-// Take the vector form where r is small, as in lobe_D_GGX.
+// Small r: take the vector form. Why this form: a compiler may make a lerp of (1 - c)(1 + c) + r c^2, which is 0 at c = 1.
 float lobe_Z_Schlick(float NdotH, float r) {
     float c = clamp(NdotH, 0.0, 1.0), x = clamp(r, 1e-8, 1.0);
-    float k = 1.0 / ((1.0 - c) * (1.0 + c) + x * c * c);
+    float k = 1.0 / (x + (1.0 - x) * (1.0 - c) * (1.0 + c));
     return x * k * k;
 }
 

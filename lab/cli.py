@@ -58,8 +58,8 @@ def compare(
 @app.command()
 def stability(
     function: Annotated[list[str], typer.Option("--function", help="Only this function or file (repeatable).")] = None,
-    context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
-    points: Annotated[int, typer.Option("--points", min=64, max=1 << 24, help="Random inputs a function.")] = 1 << 20,
+    context: Annotated[str, typer.Option("--context", help="egl, osmesa, softpipe, lavapipe, swiftshader; or all: the precision matrix.")] = "egl",
+    points: Annotated[int, typer.Option("--points", min=64, max=1 << 24, help="Random inputs a function; 2^20, or 2^14 with all.")] = None,
     only: Annotated[list[str], typer.Option("--only", help="cases, random, policy, symmetry, limit, integral, 'off unit' "
                                             "or chart (repeatable).")] = None,
     out: Out = Path("out"),

@@ -215,9 +215,9 @@ def compile_message(error: gl.CompileError, glsl: list[Path], function: Function
     return f"the shader does not compile: {error.message}"
 
 
-def stability(names: list[str], context: str, points: int, only: list[str], out: Path, json: str | None) -> None:
+def stability(names: list[str], context: str, points: int | None, only: list[str], out: Path, json: str | None) -> None:
+    from . import drivers, precision, stability_chart, stability_report
     from . import stability as suite
-    from . import stability_chart, stability_report
     from .progress import progress
 
     library = catalogue.load()
@@ -226,18 +226,23 @@ def stability(names: list[str], context: str, points: int, only: list[str], out:
         if name not in (*suite.SUITES, "chart"):
             raise InputError(f"--only {name}: expected one of {', '.join((*suite.SUITES, 'chart'))}")
     output_places(out, json)
-    drivers = tuple(suite.Driver(name, gl.create_context(name)) for name in contexts(context))
+    suites = tuple(only) or suite.SUITES
+    matrix, points = None, points or (precision.POINTS if context == "all" else suite.POINTS)
     with progress() as step:
-        outcome = suite.run(library, functions, drivers, points, tuple(only) or suite.SUITES, step)
+        if context == "all":
+            outcome, matrix = precision.measured(library, functions, points, suites, step)
+        else:
+            outcome = suite.run(library, functions, (suite.Driver(context, drivers.create(context)),), points, suites, step)
         drawn = not only and not names or "chart" in only
-        curves = stability_chart.measured(library, drivers[0].context) if drawn else []
-    page = stability_report.write(outcome, curves, out, points)
+        curves = stability_chart.measured(library, gl.create_context("egl")) if drawn else []
+    page = stability_report.write(outcome, curves, out, points, matrix)
     if json:
-        files.write_json(json, {"schema": SCHEMA, "results": outcome.rows})
+        files.write_json(json, {"schema": SCHEMA, "results": outcome.rows} | ({"precision": matrix} if matrix else {}))
     if json != "-":
-        print(stability_report.summary(outcome))
+        print(precision.report(matrix) if matrix else stability_report.summary(outcome))
         print(f"page: {page}")
-    sys.exit(0 if outcome.passed else 1)
+    failing = precision.unexplained(matrix) if matrix else not outcome.passed
+    sys.exit(1 if failing else 0)
 
 
 def list_functions(names: list[str], json: str | None) -> None:

@@ -12,7 +12,7 @@ from .catalogue import WIDTHS
 from .errors import InputError
 
 CONTEXTS = ("egl", "osmesa")
-SOFTWARE = ("llvmpipe", "softpipe", "swrast")
+SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
 ROW = 1024  # inputs a texture row
 PART = 8  # lights that are summed apart, so that the sum over many rounds no more often than that over a few
 MOST_ROWS = 4096  # of a texture: far below what drivers take, and a few of them fit in memory
@@ -37,6 +37,13 @@ class Context:
 
     def __exit__(self, *error):
         self.gl.__exit__(*error)
+
+    def draw(self, fragment: str, packed: np.ndarray, rows: int) -> np.ndarray:
+        """What a fragment shader of `evaluate` answers for packed inputs [lights, n, width]: float32 [n, 4]."""
+        shader = program(self, VERTEX, fragment)
+        values = np.concatenate([_block(self.gl, shader, block, rows) for block in blocks(packed, rows)])
+        shader.release()
+        return values
 
 
 def create_context(name: str) -> Context:
@@ -125,7 +132,7 @@ def numbered(text: str, file: int) -> str:
     return f"#line {file * LINES_A_FILE + 1}\n{version_stripped(text)}\n"
 
 
-_VERTEX = """#version 330
+VERTEX = """#version 330
 void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;
     gl_Position = vec4(corner, 0.0, 1.0);
@@ -161,29 +168,37 @@ def evaluate(context: Context, source: str, call: str, result: str, inputs: dict
     weights   float32 [lights, n, 3] by which each light's value is multiplied; None for 1
     returns   float32 [n, width of result]
     """
-    if weights is None:
-        return _run(context, source, call, result, inputs)
-    return _run(context, source, call, result, inputs | {"lobe_weight": weights})
-
-
-def _run(context: Context, source: str, call: str, result: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    if weights is not None:
+        inputs = inputs | {"lobe_weight": weights}
     lights, count = next(iter(inputs.values())).shape[:2]
     rows = min(-(-count // ROW), max(MOST_ROWS // lights, 1))
-    shader = program(context, _VERTEX, _fragment(source, call, result, inputs, lights, rows))
-    blocks = [{name: values[:, start : start + rows * ROW] for name, values in inputs.items()}
-              for start in range(0, count, rows * ROW)]
-    values = np.concatenate([_block(context.gl, shader, block, rows) for block in blocks])
-    shader.release()
+    packed = np.concatenate(list(inputs.values()), axis=-1)
+    values = context.draw(_fragment(source, call, result, inputs, lights, rows), packed, rows)
     return values[:, : WIDTHS[result]]
 
 
-def _block(gl, shader, inputs: dict[str, np.ndarray], rows: int) -> np.ndarray:
+def blocks(packed: np.ndarray, rows: int) -> list[np.ndarray]:
+    """Inputs [lights, n, width] in parts that one drawing takes."""
+    return [packed[:, start : start + rows * ROW] for start in range(0, packed.shape[1], rows * ROW)]
+
+
+def texels(packed: np.ndarray, rows: int) -> list[np.ndarray]:
+    """What the textures hold of one part, four numbers of each input in each: float32 [lights, rows * ROW, 4]."""
+    lights, count, width = packed.shape
+    filled = np.zeros((-(-width // 4), lights, rows * ROW, 4), np.float32)
+    for unit, texture in enumerate(filled):
+        part = packed[..., 4 * unit : 4 * unit + 4]
+        texture[:, :count, : part.shape[-1]] = part
+    return list(filled)
+
+
+def _block(gl, shader, packed: np.ndarray, rows: int) -> np.ndarray:
     """[n, 4], of at most rows * ROW inputs."""
-    count = next(iter(inputs.values())).shape[1]
-    packed = np.concatenate(list(inputs.values()), axis=-1)
+    lights, count = packed.shape[:2]
     textures = []
-    for unit in range(-(-packed.shape[-1] // 4)):
-        texture = _texture(gl, packed[..., 4 * unit : 4 * unit + 4], rows)
+    for unit, values in enumerate(texels(packed, rows)):
+        texture = gl.texture((ROW, rows * lights), 4, values.tobytes(), dtype="f4")
+        texture.filter = (gl.NEAREST, gl.NEAREST)
         texture.use(unit)
         if f"lobe_t_{unit}" in shader:
             shader[f"lobe_t_{unit}"].value = unit
@@ -200,15 +215,6 @@ def _block(gl, shader, inputs: dict[str, np.ndarray], rows: int) -> np.ndarray:
     return values
 
 
-def _texture(gl, values: np.ndarray, rows: int):
-    lights, count, width = values.shape
-    texels = np.zeros((lights, rows * ROW, 4), np.float32)
-    texels[:, :count, :width] = values
-    texture = gl.texture((ROW, rows * lights), 4, texels.tobytes(), dtype="f4")
-    texture.filter = (gl.NEAREST, gl.NEAREST)
-    return texture
-
-
 def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray], lights: int, rows: int) -> str:
     types, fetches, component = {1: "float", 2: "vec2", 3: "vec3"}, [], 0
     textures = range(-(-sum(values.shape[2] for values in inputs.values()) // 4))  # four numbers each: OpenGL promises 16
@@ -220,9 +226,10 @@ def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray]
         component += values.shape[2]
     fetches = "\n            ".join(fetches)
     weighted = "lobe_weight * " if "lobe_weight" in inputs else ""
+    extensions = re.findall(r"^#extension.*\n", source, re.M)  # they come before all else
     return f"""#version 330
-{"".join(f"uniform sampler2D lobe_t_{i};{chr(10)}" for i in textures)}out vec4 lobe_out;
-{source}
+{"".join(extensions)}{"".join(f"uniform sampler2D lobe_t_{i};{chr(10)}" for i in textures)}out vec4 lobe_out;
+{re.sub(r"^#extension.*$", "", source, flags=re.M)}
 #line 1
 void main() {{
     vec3 lobe_sum = vec3(0.0);

@@ -7,6 +7,7 @@ run: another context, or another treatment of their text, is one more Driver.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -15,7 +16,7 @@ import numpy as np
 
 from lobe import reference
 
-from . import cases, compare, gl, physics, policy, singular
+from . import bundle, cases, compare, gl, physics, policy, singular
 from .catalogue import EXACT, Catalogue, Function
 from .report import number
 
@@ -146,17 +147,17 @@ def run(library: Catalogue, functions: tuple[Function, ...], drivers: tuple[Driv
             outcome.rows.append(row)
     for done, driver in enumerate(drivers, len(functions)):
         on_step(f"symmetries, limits, integrals: {driver.name}", done, steps)
-        source = driver.prepared(library.text)
         if "cases" in suites:
-            outcome.rows += [_case_row(library, family, driver, source) for family in families]
-        shade = physics.Shades(driver.context, source)
+            outcome.rows += [_case_row(library, family, driver) for family in families]
+        shade = _Shades(library, driver)
         outcome.rows += [_demand_row(library, demand, driver, shade) for demand in shared]
     return outcome
 
 
 def _function_rows(library: Catalogue, function: Function, drivers, points: int, suites,
                    outcome: Outcome) -> Iterator[dict]:
-    shaders = {d.name: compare.library_shader(function, d.prepared(library.text), library.label(function)) for d in drivers}
+    source = bundle.bundle(library, [function.key])
+    shaders = {d.name: compare.library_shader(function, d.prepared(source), library.label(function)) for d in drivers}
     if "random" in suites:
         yield from _random_rows(function, shaders, drivers, points, outcome)
     for driver in drivers:
@@ -177,8 +178,25 @@ def _row(suite: str, function: str, check: str, driver: Driver, count: int, rati
             "renderer": driver.context.renderer, "count": int(count), "worst": worst, "pass": worst <= 1}
 
 
-def _case_row(library: Catalogue, family: cases.Family, driver: Driver, source: str) -> dict:
+class _Shades(physics.Shades):
+    """Compiles only what an expression needs: some drivers take a second for the whole library."""
+
+    def __init__(self, library: Catalogue, driver: Driver):
+        super().__init__(driver.context, "")
+        self.library, self.driver = library, driver
+
+    def __call__(self, expression: str, result: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
+        self.source = self.driver.prepared(_needed(self.library, expression))
+        return super().__call__(expression, result, inputs)
+
+
+def _needed(library: Catalogue, expression: str) -> str:
+    return bundle.bundle(library, sorted(set(re.findall(r"\b(?:lobe|LOBE)_\w+", expression))))
+
+
+def _case_row(library: Catalogue, family: cases.Family, driver: Driver) -> dict:
     known = cases.load(library, family)
+    source = driver.prepared(_needed(library, family.call))
     with driver.context:
         got = gl.evaluate(driver.context, source, family.call, "float", known.inputs)[:, 0].astype(float)
     factor = compare.HARDWARE_FACTOR if driver.context.is_hardware else 1
@@ -209,8 +227,7 @@ def _random_rows(function: Function, shaders: dict, drivers, points: int, outcom
     """Random inputs near singular sets; the reference's values of a chunk serve all drivers."""
     slow = next(f for f in reference.functions() if f.key == function.key).is_quadrature
     count = min(points, SLOW_POINTS) if slow else points
-    maps = {d.name: Map(function) for d in drivers}
-    rows = {}
+    first, rows = Map(function), {}  # one driver's map does: the errors are the formula's
     for k, start in enumerate(range(0, count, CHUNK)):
         inputs = singular.sample(function, min(CHUNK, count - start), SEED + 2 * k)
         batch = {name: x[None] for name, x in inputs.items()}
@@ -219,12 +236,11 @@ def _random_rows(function: Function, shaders: dict, drivers, points: int, outcom
         for driver in drivers:
             result = compare.compare(case, shaders[driver.name], driver.context)
             worst = result.units.max(-1) / result.row["units_allowed"]
-            maps[driver.name].add(inputs, _relative(result), worst)
+            if driver is drivers[0]:
+                first.add(inputs, _relative(result), worst)
             rows[driver.name] = _merged(rows.get(driver.name), _random_row(result, driver, worst))
-    for driver in drivers:
-        label = shaders[driver.name].label
-        outcome.maps[label, driver.name] = maps[driver.name]
-        rows[driver.name] |= {"safe": maps[driver.name].safe() if maps[driver.name].pairs else "everywhere"}
+    outcome.maps[shaders[drivers[0].name].label, drivers[0].name] = first
+    rows[drivers[0].name] |= {"safe": first.safe() if first.pairs else "everywhere"}
     return list(rows.values())
 
 

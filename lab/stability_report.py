@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import catalogue, files, gl, plots, stability, stability_chart
+from . import catalogue, files, gl, plots, precision, stability, stability_chart
 from .paths import ROOT
 from .report import aligned, environment, number
 from .stability import Map, Outcome
@@ -52,7 +52,7 @@ def verdicts(rows: list[dict]) -> dict[str, dict]:
             entry["worst"][suite] = max(entry["worst"].get(suite, 0.0), row["worst"])
         if suite == "random":
             entry["inputs"] += row["count"]
-            entry["safe"] = row["safe"]
+            entry["safe"] = row.get("safe", entry["safe"])
         if suite == "policy":
             entry["rules"] += 1
             entry["kept"] += row["pass"]
@@ -174,8 +174,8 @@ def _uri(figure) -> str:
 # --- the page --------------------------------------------------------------------------------------------------------
 
 
-def write(outcome: Outcome, curves: list, out: Path, points: int) -> Path:
-    """Writes stability.html into the folder `out`."""
+def write(outcome: Outcome, curves: list, out: Path, points: int, matrix: dict | None = None) -> Path:
+    """Writes stability.html into the folder `out`; `matrix` is what precision.json would hold."""
     maps = {}
     for (label, driver), error_map in outcome.maps.items():
         if error_map.critical is not None:
@@ -183,6 +183,7 @@ def write(outcome: Outcome, curves: list, out: Path, points: int) -> Path:
     worst = {row["function"]: row for row in outcome.rows if row["suite"] == "random"}
     page = Path(out) / "stability.html"
     files.write_text(page, environment().get_template("stability.html.j2").render(
+        **precision.shown(files.plain(matrix)) if matrix else {},
         outcome=outcome, verdicts=verdicts(outcome.rows), maps=maps, worst=worst, curves=curves, points=points,
         chart=_uri(plots.drawn(lambda f: stability_chart.draw(f, curves), stability_chart.SIZE)) if curves else "",
         losses=losses(outcome.rows), fractions=FRACTIONS, fraction=_fraction, safe_error=stability.SAFE,
