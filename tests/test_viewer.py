@@ -31,6 +31,7 @@ def viewer(tmp_path_factory):
 def fresh(app):
     """The viewer as it starts, with small pictures to be quick."""
     app.state.__dict__.update(states.initial().__dict__)
+    app._framed = app.state.object
     app.services.notices.clear()
     frames(app, 2)
 
@@ -52,7 +53,7 @@ def test_the_window_opens_on_a_picture_and_says_what_to_do(viewer):
     words, size, drawn, renderer = viewer.do(started)
     assert len(words) == 1 and "F1" in words[0]
     assert tuple(size) == SIZE and renderer
-    assert (drawn[..., 3] == 1).mean() > 0.1 and drawn[..., :3].max() > 0.1
+    assert (drawn[..., 3] > 0).mean() > 0.1 and drawn[..., :3].max() > 0.1
 
 
 def every_lobe(app, hand):
@@ -63,7 +64,7 @@ def every_lobe(app, hand):
         app.state.sides["A"] = [states.default_lobe(name)]
         until(app, lambda: app.pictures["A"].whole)
         image = app.pictures["A"].read()
-        drawn[name] = image[image[..., 3] == 1][:, :3].copy()
+        drawn[name] = image[image[..., 3] > 0][:, :3].copy()
     return drawn, errors(app)
 
 
@@ -105,7 +106,7 @@ def test_the_shader_draws_what_compare_draws(viewer, name, scene):
     shader = compare.library_shader(function, app_.catalogue.load().text, name)
     with context:
         theirs, primitive = raster.draw(context, place, size, shader.source, shader.call, shader.result, values)
-    assert ((drawn[..., 3] == 1) == (primitive >= 0)).all(), "the same pixels"
+    assert np.array_equal(drawn[..., 3], primitive + 1), "the same triangles"
     inside = case.picture.mask & (primitive >= 0)
     inside[case.picture.mask] &= primitive[case.picture.mask] == case.picture.primitive
     units = compare.units_of(drawn[case.picture.mask][:, :3], case.reference)[inside[case.picture.mask]]
@@ -125,19 +126,18 @@ def settled_pictures(app, hand, changes):
 
 def test_the_direct_reference_is_the_shader_to_rounding(viewer):
     drawn, reference, samples, error, _ = viewer.do(settled_pictures, {})
-    both = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
-    differs = (drawn[..., 3] == 1) != (reference[..., 3] == truth.OBJECT)
+    both = drawn[..., 3] == reference[..., 3]
     assert samples == 1 and error == 0
-    assert differs.sum() <= 2 * compare.MAX_EDGE * both.sum()
+    assert ((drawn[..., 3] > 0) & ~both).sum() <= 2 * compare.MAX_EDGE * both.sum()
     relative = np.abs(drawn[both] - reference[both])[:, :3] / np.maximum(reference[both][:, :3], 1e-3)
-    assert np.quantile(relative, 0.99) < 1e-4 and np.median(relative) < 2e-6
+    assert relative.max() < 1e-2 and np.quantile(relative, 0.99) < 1e-4 and np.median(relative) < 2e-6
     assert np.median(relative) > 0, "float32 and double are two computations"
 
 
 def test_an_environment_is_the_same_on_both_sides(viewer):
     environment = states.Environment(states.probes()["lobby"], rotation=70.0)
     drawn, reference, *_ = viewer.do(settled_pictures, {"environment": environment, "lights": []})
-    both = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
+    both = drawn[..., 3] == reference[..., 3]
     relative = np.abs(drawn[both] - reference[both])[:, :3] / np.maximum(reference[both][:, :3], 1e-3)
     assert np.quantile(relative, 0.99) < 1e-4
     assert reference[both][:, :3].mean() > 0.05
@@ -152,7 +152,7 @@ def test_the_environment_turns_as_the_traced_one_does(viewer, tmp_path):
                "environment": states.Environment(tmp_path / "sky.exr", rotation=20.0)}
     drawn, *_ = viewer.do(settled_pictures, changes)
     traced = viewer.do(traced_picture, changes)
-    both = (drawn[..., 3] == 1) & (traced[..., 3] != truth.BACKGROUND)
+    both = (drawn[..., 3] > 0) & (traced[..., 3] == truth.LOOK)
     a, b = (x[both][:, :3].mean(-1) for x in (drawn, traced))
     assert abs(a.mean() / b.mean() - 1) < 0.05
     assert np.corrcoef(a, b)[0, 1] > 0.8, "but for the noise of four samples"
@@ -191,7 +191,7 @@ def test_the_traced_reference_gets_better_and_starts_again(viewer):
     seen, image, kept, again, status = viewer.do(traced_progress)
     samples = [n for n, _ in seen]
     assert samples == sorted(samples) and 0 < seen[-1][1] < 1
-    assert np.isfinite(image).all() and image[image[..., 3] == truth.OBJECT].max() > 0.1
+    assert np.isfinite(image).all() and image[image[..., 3] >= truth.OBJECT][:, :3].max() > 0.1
     assert kept, "exposure is the display's alone"
     assert again and status.startswith("reference: ")
 
@@ -226,7 +226,7 @@ def as_shown(image, exposure):
 
 def test_keys_choose_modes_which_show_what_they_say(viewer):
     shown, drawn, reference, state = viewer.do(press_modes)
-    inside = (drawn[..., 3] == 1) & (reference[..., 3] == truth.OBJECT)
+    inside = drawn[..., 3] == reference[..., 3]
     a, b = as_shown(drawn, state.exposure), as_shown(reference, state.exposure)
     for mode, expected in (("shader", a), ("reference", b)):
         assert np.abs(shown[mode][inside] - expected[inside]).max() <= 1, mode
@@ -256,7 +256,7 @@ def difference_picture(app, hand, changes):
     app.state.sides = {"A": [states.default_lobe("lobe_Lambert")], "B": app.state.sides["A"]}
     frames(app)
     drawn, other = (app.pictures[s].read() for s in "AB")
-    inside = (drawn[..., 3] == 1) & (other[..., 3] == 1)
+    inside = (drawn[..., 3] > 0) & (drawn[..., 3] == other[..., 3])
     return app.display.read()[inside].astype(float), drawn[inside][:, :3].astype(float), other[inside][:, :3].astype(float)
 
 

@@ -23,7 +23,7 @@ from .services import Services
 from .state import AGAINST, MODES, TONES, State
 from .truth import Truth
 
-WELCOME = "Drag in the picture to turn the camera, drag the bar to compare shader and reference; F1 shows all keys."
+WELCOME = "Drag turns the camera, the bar compares shader and reference, F1 shows all keys."
 IDLE_SECONDS = 0.25  # how long a frame may wait when nothing happens
 FLICKER_SECONDS = 0.5
 WATCH_SECONDS = 0.5
@@ -37,6 +37,7 @@ class App:
 
     def __init__(self, window, state: State | None = None):
         self.window, self.state = window, state or states.initial()
+        self._framed = state.object if state else None  # the object that the camera has been made to look at
         self.gl = window.gl
         info = self.gl.info
         self.context = gl.Context("window", self.gl, info["GL_RENDERER"], info["GL_VERSION"])
@@ -306,7 +307,7 @@ class App:
         if job.failure:
             return "no reference"
         if job.state.reference == "direct":
-            return "reference: every pixel" if job.done else f"reference: {100 * job.rows // job.size[1]} % of the rows"
+            return "reference: complete" if job.done else f"reference: {100 * job.rows // job.size[1]} % of the rows"
         error = f", error {100 * job.error:.2g} % of the mean" if np.isfinite(job.error) else ""
         return f"reference: {job.samples} samples{error}"
 
@@ -327,6 +328,7 @@ class App:
     def _draw_picture(self, now: float) -> None:
         state = self.state
         try:
+            self._reframe()
             before = sum(self.pictures[s].version for s in self._sides())
             for side in self._sides():
                 self.pictures[side].update(state, state.sides[side], self.size)
@@ -350,6 +352,12 @@ class App:
         self.display.draw(state, left.texture, right, flipped, (left.version, version), self._second())
         self._take_images(now)
 
+    def _reframe(self) -> None:
+        """Looks at another object, or at all of this one again where that was asked for."""
+        if self._framed != self.state.object or self.services.reframe:
+            camera.reset(self.state, objects.thing(self.state).vertices, self.size[0] / self.size[1])
+            self._framed, self.services.reframe = self.state.object, False
+
     def _ask_truth(self) -> None:
         state = self.state
         key = (self.size, state.reference, state.object, repr((state.placement, state.eye, state.target, state.fov,
@@ -365,6 +373,7 @@ class App:
         self.services.notice(self._told(error), is_error=True)
         kept = copy.deepcopy(self._last_good)
         self.state.__dict__.update(kept.__dict__)
+        self._framed = self.state.object
 
     def _told(self, error: Exception) -> str:
         return f"the shader does not compile: {error}" if isinstance(error, gl.CompileError) else str(error)
@@ -379,7 +388,11 @@ class App:
         key = (job.key, job.version, left.version)
         if key != self._read_key:
             self._read, self._read_key = now, key
-            self.services.take_images(key, left.read().copy(), job.image.copy())
+            pair = left.read().copy(), job.image.copy()
+            same = (pair[0][..., 3] == pair[1][..., 3]) & (pair[0][..., 3] > 0)
+            for image in pair:
+                image[..., 3] = same
+            self.services.take_images(key, *pair)
 
     # Files.
 
@@ -402,6 +415,7 @@ class App:
             if state.environment:
                 objects.environment_pixels(state.environment.file)
             self.state.__dict__.update(state.__dict__)
+            self._framed = state.object
             for note in notes:
                 self.services.notice(note)
             self.window.title(f"{path.name} - Lobe")
@@ -467,7 +481,7 @@ class App:
     def save_exr(self, path: Path) -> None:
         """Linear, the layers shader, and reference or B and the difference where these are complete."""
         left = self.pictures["A"].read()
-        layers = {"RGB": left[..., :3], "shader": left[..., :3], "coverage": left[..., 3]}
+        layers = {"RGB": left[..., :3], "shader": left[..., :3], "coverage": (left[..., 3] > 0).astype(np.float32)}
         if self.state.against == "B":
             layers["B"] = self.pictures["B"].read()[..., :3]
             layers["difference"] = left[..., :3] - layers["B"]
@@ -517,7 +531,7 @@ class App:
         """Chooses the scale of mode difference from the picture, as the reports do."""
         left = self.pictures["A"].read()
         right = self.pictures["B"].read() if self.state.against == "B" else self.services.job.image
-        both = (left[..., 3] == 1) & (right[..., 3] == 1)
+        both = (left[..., 3] == right[..., 3]) & (left[..., 3] > 0)
         errors = np.abs(left[both][:, :3].astype(float) - right[both][:, :3])
         errors = errors[np.isfinite(errors)]
         if len(errors) and (typical := np.quantile(errors, 0.995)) > 0:

@@ -9,6 +9,7 @@ from .state import State
 
 STEEPEST = 0.995  # of the cosine to up, so that the picture keeps an upper side
 NEAREST, FARTHEST = 0.3, 200.0
+MARGIN, WIDEST = 1.12, 0.7  # around an object, and of the tangent of half the angle of view
 
 
 def orbit(state: State, right: float, up: float) -> None:
@@ -42,8 +43,12 @@ def zoom(state: State, factor: float) -> None:
     _move(state, target + away * np.clip(distance * factor, NEAREST, FARTHEST) / distance, target)
 
 
-def reset(state: State) -> None:
-    state.eye, state.target, state.fov = scenes.EYE, scenes.TARGET, State.fov
+def reset(state: State, vertices, aspect: float) -> None:
+    """The camera of the comparison's scenes, its angle such that the picture holds the whole object."""
+    state.eye, state.target = scenes.EYE, scenes.TARGET
+    x, y, z = basis(state) @ (np.asarray(vertices) - state.eye).T
+    tangent = max(np.max(np.abs(y) / -z), np.max(np.abs(x) / -z) / aspect) if (z < 0).all() else WIDEST
+    state.fov = float(np.degrees(2 * np.arctan(min(MARGIN * tangent, WIDEST))))
 
 
 def turned(vector, right: float, up: float) -> tuple[float, float, float]:

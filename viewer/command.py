@@ -28,6 +28,7 @@ def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int
         state.sides["A"] = [states.default_lobe(lobe)]
         require_shown(state.sides["A"][0])
     app = start(state, size, screenshot is not None, density)
+    app.services.reframe = scene is None
     for note in notes:
         app.services.notice(note)
     try:

@@ -54,7 +54,7 @@ vec3 shown(vec4 c) {
 
 vec3 difference(vec4 a, vec4 b) {
     if (a.a < 1.0 && b.a < 1.0 && b.a != 0.25) return lobe_background;
-    if (a.a < 1.0 || b.a < 1.0) return 0.6 * lobe_background;  // an edge, or not known yet
+    if (a.a != b.a) return 0.6 * lobe_background;  // an edge, where they see two triangles; or not known yet
     if (!finite(a.rgb) || !finite(b.rgb)) return vec3(1.0, 0.0, 1.0);
     vec3 d = a.rgb - b.rgb;
     float x = abs(d.r) > abs(d.g) ? d.r : d.g;

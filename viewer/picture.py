@@ -14,7 +14,7 @@ from .state import Lobe, State
 
 MOST_LIGHTS = scenes.DIRECTIONS + 16
 BUDGET = 0.018  # seconds of one frame for drawing
-NEAR, FAR = 0.02, 50.0  # in distances of eye and target
+NEAR, FAR = (x / np.linalg.norm(scenes.EYE) for x in (0.1, 100.0))  # in distances of eye and target: as raster has them
 
 _VERTEX = """#version 330
 uniform mat4 lobe_projection;
@@ -91,7 +91,7 @@ void main() {{
         vec3 lobe_E = lobe_color[i] / (lobe_light[i].w > 0.0 ? lobe_r2 : 1.0);
         lobe_sum += ({total}) * lobe_E * max(dot(N, L), 0.0);
     }}
-    lobe_out = vec4(lobe_sum, 1.0);
+    lobe_out = vec4(lobe_sum, float(gl_PrimitiveID + 1));  // so that edges are told from the rest
 }}
 """
 

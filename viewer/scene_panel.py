@@ -22,7 +22,7 @@ def draw(state: State, services: Services) -> None:
     _object(state)
     _lights(state)
     _environment(state)
-    _camera(state)
+    _camera(state, services)
     _reference(state)
     imgui.pop_item_width()
 
@@ -42,7 +42,7 @@ def _lights(state: State) -> None:
     removed = None
     for i, light in enumerate(state.lights):
         imgui.push_id(i)
-        if imgui.tree_node_ex(f"{light.kind} {i + 1}", imgui.TreeNodeFlags_.default_open if i < 2 else 0):
+        if imgui.tree_node_ex(f"{light.kind} {i + 1}", imgui.TreeNodeFlags_.default_open if i < 1 else 0):
             _light(state, light)
             if imgui.small_button("remove"):
                 removed = i
@@ -130,12 +130,12 @@ def _environment(state: State) -> None:
         state.environment = None
 
 
-def _camera(state: State) -> None:
+def _camera(state: State, services: Services) -> None:
     imgui.separator_text("Camera")
     changed, value = imgui.slider_float("angle", state.fov, 5.0, 90.0, "%.0f°")
     state.fov = min(max(value, 1.0), 150.0) if changed else state.fov
     if imgui.small_button("as at the start"):
-        camera.reset(state)
+        services.reframe = True
 
 
 def _reference(state: State) -> None:

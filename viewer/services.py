@@ -70,7 +70,7 @@ class Services:
     pixel       Pixel under the mouse, or None; it comes a frame or two late
     frame_ms, picture_ms   time of a frame and of drawing the shader's picture, medians of the last ones
     renderer    the driver's name
-    changed     whether anything was asked for that the next frame should show
+    reframe     set it to have the camera look at the whole object again
     """
 
     def __init__(self, context: gl.Context, wake: Callable[[], None] = lambda: None):
@@ -81,6 +81,7 @@ class Services:
         self.pixel: Pixel | None = None
         self.frame_ms = self.picture_ms = 0.0
         self.notices: list[Notice] = []
+        self.reframe = False
         self._wake = wake
         self._slots: dict[str, Slot] = {}
         self._programs: dict[str, object] = {}
@@ -143,7 +144,8 @@ class Services:
 
     def images(self) -> tuple[Hashable, np.ndarray, np.ndarray] | None:
         """(key, shader, reference) of the newest pictures [h, w, 4] float32 that belong together and are complete, row 0
-        on top; alpha is 1 where the object is. None before there are any. Do not write into them."""
+        on top; alpha is 1 where both see the same triangle of the object, else 0: at edges, they are of two places. None
+        before there are any. Do not write into them."""
         return self._images
 
     # Words.

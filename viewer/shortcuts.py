@@ -163,5 +163,5 @@ _ACTIONS = {
     Key.p: lambda app: choose(app.state, -1),
     Key.o: _next_object,
     Key.k: lambda app: setattr(app.state.plots, "kind", _next(tuple(plots.KINDS), app.state.plots.kind)),
-    Key._0: lambda app: camera.reset(app.state),
+    Key._0: lambda app: setattr(app.services, "reframe", True),
 }

@@ -33,7 +33,10 @@ def apply(density: float) -> None:
     style.window_border_size = 0.0
     set_color = style.set_color_
     set_color(imgui.Col_.window_bg, imgui.ImVec4(0.11, 0.115, 0.125, 1.0))
+    set_color(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.45))  # a value must be legible through it
+    set_color(imgui.Col_.slider_grab_active, imgui.ImVec4(0.26, 0.59, 0.98, 0.75))
     set_color(imgui.Col_.child_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))  # filling so much costs in software
+    set_color(imgui.Col_.modal_window_dim_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.45))
     set_color(imgui.Col_.popup_bg, imgui.ImVec4(0.15, 0.155, 0.165, 0.98))
 
 

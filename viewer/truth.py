@@ -21,7 +21,7 @@ STRIP_VALUES = 1 << 16  # pixels times lights that are computed at once
 MOST_SAMPLES = 1 << 14
 GOOD_ENOUGH = 1e-3  # standard error over the mean at which a traced picture is done
 COARSE = 4  # pixels of the first look, along each side
-UNKNOWN, LOOK, BACKGROUND, OBJECT = 0.0, 0.25, 0.5, 1.0  # what alpha says of a pixel
+UNKNOWN, LOOK, BACKGROUND, OBJECT = 0.0, 0.25, 0.5, 1.0  # what alpha says of a pixel; of the object, OBJECT + triangle
 
 
 @dataclass
@@ -138,7 +138,7 @@ def _direct(truth: Truth, job: Job) -> None:
     small = max(width // COARSE, 1), max(height // COARSE, 1)
     look = np.zeros((small[1], small[0], 4), np.float32)
     _fill(job, scene, camera, look, lambda first, rows: None, lambda: False)
-    look[..., 3] = np.minimum(look[..., 3], LOOK)
+    look[..., 3][look[..., 3] >= OBJECT] = LOOK
     job.image[:] = look[np.arange(height) * small[1] // height][:, np.arange(width) * small[0] // width]
     truth.publish(job, 0, height)
 
@@ -168,11 +168,16 @@ def _fill(job: Job, scene, camera, image: np.ndarray, publish, cancelled) -> boo
             if cancelled():
                 return False
         strip = np.zeros((rows, width, 4), np.float32)
-        strip[..., 3] = np.where(mask, OBJECT, BACKGROUND)
+        strip[..., 3] = coverage(traced)
         strip[mask, :3] = total
         image[first : first + rows] = strip
         publish(first, rows)
     return True
+
+
+def coverage(traced: dict) -> np.ndarray:
+    """Alpha of complete pixels, from what Scene.trace returns."""
+    return np.where(traced["object"] >= 0, OBJECT + traced["primitive"], BACKGROUND)
 
 
 def _traced(truth: Truth, job: Job) -> None:
@@ -189,8 +194,7 @@ def _traced(truth: Truth, job: Job) -> None:
     _take(truth, job, look.beauty()[rows][:, columns], np.where(seen, LOOK, BACKGROUND)[rows][:, columns])
     if job.cancelled:
         return
-    mask = scene.trace(camera, width, height, shadows=False)["object"] >= 0
-    alpha = np.where(mask, OBJECT, BACKGROUND)
+    alpha = coverage(scene.trace(camera, width, height, shadows=False))
     render, count = reference.Render(scene, camera, width, height, depth=job.state.depth), 1
     render.set_target(GOOD_ENOUGH)
     while not job.cancelled and not render.finished and job.samples < MOST_SAMPLES:
