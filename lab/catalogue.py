@@ -239,7 +239,11 @@ class _Reader:
 
     def __init__(self, path: Path):
         self.path = path
-        self.lines = path.read_text(encoding="utf-8").splitlines()
+        content = path.read_bytes()
+        try:
+            self.lines = content.decode().splitlines()
+        except UnicodeDecodeError as error:
+            self.fail(content.count(b"\n", 0, error.start), "is no UTF-8 text; save the file as UTF-8")
 
     def fail(self, index: int, message: str):
         raise InputError(f"{self.path}:{index + 1}: {message}")
@@ -350,7 +354,7 @@ def _parse_header(reader: _Reader, start: int, stop: int) -> dict:
             reader.fail(index, f"'{word}' is stated twice")
         seen.add(word)
         if word == "units":
-            number = re.match(r"(\d+)(?:, (.+))?$", value)
+            number = re.match(r"(\d{1,9})(?:, (.+))?$", value)
             if not number or (int(number[1]) > 8 and not number[2]):
                 reader.fail(index, f"units  {value}: expected a whole number, and ', why' where it is more than 8")
             facts["units"], facts["units_why"] = int(number[1]), number[2] or ""

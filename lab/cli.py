@@ -13,6 +13,8 @@ import typer
 
 from .errors import InputError
 
+LONGEST_WORD, LONGEST_LINE = 400, 6000  # of a message, in characters: the names of all functions fit
+
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
                   help="Reflectance lobes for GLSL, and the bench that proves them.")
 
@@ -258,8 +260,18 @@ def main() -> None:
 
 
 def fail(message: str, status: int = 2) -> int:
-    print(f"lobe: {' '.join(message.split())}", file=sys.stderr)
+    print(f"lobe: {line(message)}", file=sys.stderr)
     return status
+
+
+def line(message: str) -> str:
+    """A message as one line that any terminal shows as it is, whatever bytes of a user's file it quotes."""
+    text = " ".join(shortened(word, LONGEST_WORD) for word in message.split())
+    return shortened("".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text), LONGEST_LINE)
+
+
+def shortened(text: str, length: int) -> str:
+    return text if len(text) <= length else f"{text[: length // 4]}...{text[3 - length * 3 // 4 :]}"
 
 
 def internal_error(error: Exception) -> int:

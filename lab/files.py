@@ -17,9 +17,12 @@ from .errors import InputError
 
 
 def read_bytes(path):
-    """The content of a file that the user named. InputError where there is none, or nothing in it."""
+    """The content of a file that the user named. InputError where there is none, or nothing in it; and where it is a
+    pipe or a device, which may have no end."""
     path = Path(path)
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise InputError(f"{path}: is a pipe or a device, expected a file; write what it holds into one")
         content = path.read_bytes()
     except IsADirectoryError:
         raise InputError(f"{path}: is a folder, expected a file; name a file in it") from None
@@ -27,6 +30,11 @@ def read_bytes(path):
         raise InputError(f"{path}: no such file; check the path") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    except ValueError:  # a null character
+        raise InputError(f"{str(path)!r}: is no file name; check the path") from None
+    except MemoryError:
+        raise InputError(f"{path}: {path.stat().st_size / 2**30:.1f} GB, more than the memory; choose a smaller "
+                         "file") from None
     if not content:
         raise InputError(f"{path}: is empty; export or download it again")
     return content
@@ -143,14 +151,26 @@ def read_exr(path):
     The layers of the first part of an OpenEXR file, as write_exr names them: name -> array [h,w], [h,w,3] or [h,w,4].
     InputError where the file is none, truncated or damaged.
     """
-    channels = _from_exr(path, lambda file: file.channels())
-    return {name: channel.pixels for name, channel in channels.items()}
+    return _from_exr(path, _pixels)
+
+
+def read_exr_channels(path):
+    """The same, each channel alone: name -> array [h,w]; of a channel that is stored more coarsely, less of either."""
+    return _from_exr(path, _pixels, separate_channels=True)
+
+
+def _pixels(file):
+    return {name: channel.pixels for name, channel in file.channels().items()}
 
 
 def exr_header(path):
     """What an OpenEXR file says of its first part, without reading pixels, so that an absurd size does no harm: width,
     height, compression (such as "DWAB") and channels, their names. InputError as of read_exr."""
-    header = _from_exr(path, lambda file: file.header(), header_only=True)
+    return _from_exr(path, _header, header_only=True)
+
+
+def _header(file):
+    header = file.header()
     low, high = header["dataWindow"]
     return {"width": int(high[0]) - int(low[0]) + 1, "height": int(high[1]) - int(low[1]) + 1,
             "compression": header["compression"].name.removesuffix("_COMPRESSION"),
@@ -165,7 +185,7 @@ def _from_exr(path, take, **options):
     try:
         with _silenced():
             return take(OpenEXR.File(str(path), **options))
-    except (RuntimeError, ValueError, MemoryError):
+    except (RuntimeError, ValueError, MemoryError, KeyError):
         raise InputError(f"{path}: is a truncated or damaged OpenEXR file; export or download it again") from None
 
 

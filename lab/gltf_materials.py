@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+LARGEST = 1e6  # of a factor, most of which end at 1
 SMOOTH = 0.01  # up to this roughness it is an ideal mirror: the lobe ends at alpha = 1e-4
 DEFAULT_IOR = 1.5
 _READ = {"KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_specular"}
@@ -31,6 +32,11 @@ def translated(material: dict, warn: Callable[[str], None]) -> dict:
     ior = float(extensions.get("KHR_materials_ior", {}).get("ior", DEFAULT_IOR))
 
     transmission = float(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0))
+    specular = extensions.get("KHR_materials_specular", {})
+    strength, colour = float(specular.get("specularFactor", 1)), specular.get("specularColorFactor", (1, 1, 1))
+    if not all(0 <= x <= LARGEST for x in (*base, metallic, roughness, ior, transmission, strength, *colour)):
+        raise ValueError("a factor is out of range")
+
     if transmission > 0.5 and metallic < 0.5:
         if roughness > SMOOTH or (base < 1).any():
             warn("glass is drawn smooth and clear")
@@ -38,8 +44,7 @@ def translated(material: dict, warn: Callable[[str], None]) -> dict:
     if transmission > 0:
         warn("a transmission up to one half is drawn opaque")
 
-    specular = extensions.get("KHR_materials_specular", {})
-    tint = np.array(specular.get("specularColorFactor", (1, 1, 1)), float) * specular.get("specularFactor", 1.0)
+    tint = np.array(colour, float) * strength
     dielectric = np.minimum(((ior - 1) / (ior + 1)) ** 2 * tint, 1)
     f0 = np.clip(dielectric + (base - dielectric) * metallic, 0, 1)
     mean_fresnel = dielectric + (1 - dielectric) / 21  # Schlick's, weighted with the cosine

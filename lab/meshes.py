@@ -4,6 +4,8 @@ import io
 import json
 import logging
 import re
+import urllib.parse
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -53,7 +55,7 @@ def load(path):
     if suffix not in _SUFFIXES:
         raise InputError(f"{path}: unknown mesh format {suffix!r}, expected one of {' '.join(_SUFFIXES)}; "
                          "export the mesh in one of them")
-    parts = _read_obj(path, content) if suffix == ".obj" else _read_with_trimesh(path, content)
+    parts = _read_obj(path, content) if suffix == ".obj" else [part for part, _ in _read_with_trimesh(path, content)]
     if sum(len(part.faces) for part in parts) == 0:
         raise InputError(f"{path}: has no triangles; export the mesh with its faces, not points or curves")
     return _checked(path, _joined(parts))
@@ -167,40 +169,34 @@ def load_parts(path):
     """
     path = Path(path)
     content = read_bytes(path)
-    placed = _placed_geometries(path, content)
-    parts = [(_transformed(geometry, matrix), getattr(geometry.visual, "material", None))
-             for geometry, matrix in placed]
-    parts = [(part, material) for part, material in parts if len(part.faces)]
+    parts = [(part, material) for part, material in _read_with_trimesh(path, content) if len(part.faces)]
     if not parts:
         raise InputError(f"{path}: has no triangles; export the mesh with its faces, not points or curves")
-    materials = _gltf_document(content).get("materials", [])
-    return [(_checked(path, part), materials[int(material.name)] if material and material.name else {})
-            for part, material in parts]
+    return [(_checked(path, part), material) for part, material in parts]
 
 
 def _read_with_trimesh(path, content):
-    """The meshes of a PLY, STL, glTF or GLB file, each in the coordinates of the whole."""
-    return [_transformed(geometry, matrix) for geometry, matrix in _placed_geometries(path, content)]
-
-
-def _placed_geometries(path, content):
-    """The meshes of trimesh in a file, with their transforms."""
+    """The meshes of a PLY, STL, glTF or GLB file, each in the coordinates of the whole, and what the JSON says of its
+    material."""
     import trimesh  # takes 0.5 s, so only who needs it waits
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what matters of it is in our own messages
+    materials, resolver = [], None
     try:
-        if path.suffix.lower() in (".gltf", ".glb"):
-            document = _gltf_document(content)
-            _refuse_compression(path, document)
-            _refuse_cycles(path, document)
-            content = _with_bare_materials(content, document)
-        if path.suffix.lower() == ".ply":
-            _refuse_short_text(path, content)
-        scene = trimesh.load_scene(io.BytesIO(content), file_type=path.suffix[1:].lower(), process=False,
-                                   resolver=trimesh.resolvers.FilePathResolver(str(path)))
-        nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
-        return [(scene.geometry[name], matrix) for matrix, name in nodes
-                if isinstance(scene.geometry[name], trimesh.Trimesh)]
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            if path.suffix.lower() in (".gltf", ".glb"):
+                document, resolver = _gltf_document(content), _resolver(path)
+                _refuse_compression(path, document)
+                _refuse_cycles(path, document)
+                materials, content = _materials(document), _with_bare_materials(content, document)
+            if path.suffix.lower() == ".ply":
+                _refuse_short_text(path, content)
+            scene = trimesh.load_scene(io.BytesIO(content), file_type=path.suffix[1:].lower(), process=False,
+                                       resolver=resolver)
+            nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
+            return [(_transformed(scene.geometry[name], matrix), _material_of(scene.geometry[name], materials))
+                    for matrix, name in nodes if isinstance(scene.geometry[name], trimesh.Trimesh)]
     except InputError:
         raise
     except Exception as error:  # the parsers raise whatever the damage happens to cause
@@ -211,6 +207,21 @@ def _placed_geometries(path, content):
                          "export or download it again") from None
 
 
+def _resolver(path):
+    """What reads the files that a glTF file names: those in its folder, and in folders there."""
+    from trimesh.resolvers import FilePathResolver
+
+    class Resolver(FilePathResolver):
+        def get(self, name):
+            folder = path.parent.resolve()
+            file = (folder / urllib.parse.unquote(name)).resolve()
+            if not file.is_relative_to(folder):
+                raise InputError(f"{path}: names the file {name}, expected one in its own folder; put it there")
+            return read_bytes(file)
+
+    return Resolver(str(path))
+
+
 def _gltf_document(content):
     """The JSON of a glTF or GLB file."""
     if content.startswith(b"glTF"):
@@ -218,12 +229,26 @@ def _gltf_document(content):
     return json.loads(content)
 
 
+def _materials(document):
+    """What a glTF file's JSON says of its materials."""
+    materials = document.get("materials", [])
+    if not isinstance(materials, list):
+        raise ValueError("its materials are no array")
+    return materials
+
+
+def _material_of(geometry, materials):
+    """The material that a mesh of trimesh has from _with_bare_materials; {} where it has none."""
+    material = getattr(geometry.visual, "material", None)
+    return materials[int(material.name)] if materials and material and material.name else {}
+
+
 def _with_bare_materials(content, document):
     """The file with nothing but their number left of its materials, by which they are found again: trimesh renames
     them, rounds their colours, reads their pictures, and drops them where vertices have colours."""
     bare = dict(document)
     if "materials" in bare:
-        bare["materials"] = [{"name": str(i)} for i in range(len(bare["materials"]))]
+        bare["materials"] = [{"name": str(i)} for i in range(len(_materials(document)))]
     bare["meshes"] = [mesh | {"primitives": [
         p | {"attributes": {k: v for k, v in p["attributes"].items() if not k.startswith("COLOR_")}}
         for p in mesh["primitives"]]} for mesh in bare.get("meshes", [])]
@@ -280,13 +305,12 @@ def _refuse_short_text(path, content):
 def _transformed(geometry, matrix):
     """A mesh of trimesh in the coordinates of the scene; a mirroring transform turns the triangles round."""
     linear, shift = matrix[:3, :3], matrix[:3, 3]
-    with np.errstate(invalid="ignore"):  # infinite positions are reported later, by their number
-        vertices = geometry.vertices @ linear.T + shift
-    given = "vertex_normals" in geometry._cache  # otherwise trimesh would invent them
+    volume = np.linalg.det(linear)
+    given = volume != 0 and "vertex_normals" in geometry._cache  # otherwise trimesh would invent them
     uv = getattr(geometry.visual, "uv", None)
     return Mesh(
-        vertices,
-        np.asarray(geometry.faces if np.linalg.det(linear) > 0 else geometry.faces[:, ::-1]),
+        geometry.vertices @ linear.T + shift,
+        np.asarray(geometry.faces if volume >= 0 else geometry.faces[:, ::-1]),
         geometry.vertex_normals @ np.linalg.inv(linear) if given else None,
         np.array(uv, dtype=float) if uv is not None else None,
     )

@@ -158,11 +158,12 @@ class Rendering:
 
     def save(self) -> None:
         state = self.render.state()
-        head = {"scene": self.identity, "seconds": self.seconds, "samples": self.done, "error": self.target,
-                "crc": zlib.crc32(state)}
+        head = {"scene": self.identity, "seconds": self.seconds, "samples": self.done, "error": self.target}
+        line = json.dumps(head).encode() + b"\n"
         with files.written_beside(self.checkpoint) as temporary, open(temporary, "wb") as file:
-            file.write(json.dumps(head).encode() + b"\n")
+            file.write(line)
             file.write(state)
+            file.write(zlib.crc32(state, zlib.crc32(line)).to_bytes(4, "little"))
 
     def resume(self, budget: Budget) -> bool:
         """Goes on from the checkpoint, if there is one."""
@@ -170,11 +171,13 @@ class Rendering:
             return False
         try:
             with open(self.checkpoint, "rb") as file:
-                head, state = json.loads(file.readline(4096)), file.read()
-            damaged = head["crc"] != zlib.crc32(state)
+                line = file.readline(4096)
+                state = file.read(max(os.fstat(file.fileno()).st_size - len(line) - 4, 0))
+                damaged = zlib.crc32(state, zlib.crc32(line)).to_bytes(4, "little") != file.read()
+            head = json.loads(line)
             identity, self.seconds, self.done = head["scene"], float(head["seconds"]), int(head["samples"])
             reached = float(head["error"])
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError, MemoryError):
             damaged, identity, reached = True, self.identity, 0.0
         if identity != self.identity:
             raise InputError(f"{self.checkpoint}: belongs to another scene, size, seed or setting than "
@@ -183,9 +186,11 @@ class Rendering:
             raise InputError(f"{self.checkpoint}: was rendered to an error of {reached:g}, where parts of it have "
                              f"stopped; expected --error {reached:g} or more, or no --resume")
         try:
-            if damaged:
+            if damaged or not 0 <= self.seconds < math.inf:
                 raise ValueError
             self.render.restore(state)
+            if self.done != self.render.samples().max():
+                raise ValueError
         except ValueError:
             raise InputError(f"{self.checkpoint}: is damaged or of another version; render without --resume to begin "
                              "again") from None

@@ -166,7 +166,7 @@ class _Builder:
 
         try:
             return gltf_materials.translated(material, warn)
-        except (TypeError, ValueError, AttributeError):
+        except (TypeError, ValueError, AttributeError, OverflowError):
             (place / "file").fail(f"{label}is no glTF 2 material; export the file again")
 
     def _apply(self, material: dict, added: int, place: Place) -> None:
@@ -493,18 +493,25 @@ def read_environment(file: Path) -> np.ndarray:
         raise InputError(f"{file}: is {width} x {height}, expected at most {MAX_ENVIRONMENT} wide; scale it down")
     if not {"R", "G", "B"} <= set(header["channels"]):
         raise InputError(f"{file}: has the channels {', '.join(header['channels'])}, expected R, G, B")
-    channels = files.read_exr(file)
-    pixels = np.asarray(channels.get("RGB", channels.get("RGBA")))[..., :3]
-    if pixels.dtype.kind != "f":
+    channels = files.read_exr_channels(file)
+    planes = [channels[name] for name in "RGB" if name in channels]
+    if any(plane.dtype.kind != "f" for plane in planes):
         raise InputError(f"{file}: has whole numbers in R, G, B, expected radiance as half or float; convert it")
-    pixels = pixels.astype(np.float32)
+    if [plane.shape for plane in planes] != 3 * [(height, width)]:
+        raise InputError(f"{file}: has fewer rows or columns of R, G or B than pixels, expected all; export it again "
+                         "without subsampling")
+    pixels = np.stack(planes, axis=-1, dtype=np.float32)
     _require(file, ~np.isfinite(pixels), pixels, "finite numbers")
     negative = pixels < 0
-    if header["compression"] in LOSSY and -pixels[negative].sum() <= UNDERSHOOT * pixels.sum():
+    if header["compression"] in LOSSY and _sum(-pixels[negative]) <= UNDERSHOOT * _sum(pixels):
         pixels[negative] = 0
     else:
         _require(file, negative, pixels, "no number below 0")
     return pixels
+
+
+def _sum(values: np.ndarray) -> float:
+    return float(values.sum(dtype=float))  # of float32 it might be infinite
 
 
 def _require(file: Path, bad: np.ndarray, pixels: np.ndarray, expected: str) -> None:

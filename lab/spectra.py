@@ -10,6 +10,7 @@ from .files import read_bytes
 
 VISIBLE_UM = (0.38, 0.78)
 WAVELENGTHS_NM = np.arange(380.0, 781.0)
+_LARGEST = 1e6  # of what a table may hold: far above any index of refraction, and its fourth power is no overflow
 _COLUMNS = ("wavelength_um", "n", "k")
 
 
@@ -56,9 +57,9 @@ def _numbers(row, where):
     except (TypeError, ValueError):
         found = ",".join(str(row[name] or "") for name in _COLUMNS)
         raise InputError(f"{where}: {found!r}, expected three numbers {','.join(_COLUMNS)}") from None
-    if not np.isfinite(values).all() or min(values) < 0:
+    if not all(0 <= value <= _LARGEST for value in values):
         raise InputError(f"{where}: {values[0]:g},{values[1]:g},{values[2]:g}, expected {','.join(_COLUMNS)} "
-                         "that are finite and not negative")
+                         f"that are finite, not negative and up to {_LARGEST:g}")
     return values
 
 

@@ -25,8 +25,6 @@ _SCALAR = re.compile(r"[^,\]}\n#]+")
 def load(path: Path) -> tuple[dict, dict[KeyPath, int]]:
     """The tables of a file, and the line, from 1, on which each key, table or element of an array begins. InputError
     with file and line where it is no TOML."""
-    if Path(path).is_fifo():  # would wait for a writer that may never come
-        raise InputError(f"{path}: is a pipe, expected a file; write the scene into one")
     content = files.read_bytes(path)
     try:
         text = content.decode("utf-8").replace("\r\n", "\n")

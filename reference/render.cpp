@@ -328,6 +328,13 @@ void Render::state(char* bytes) const {
     write(&sum, 1);
 }
 
+static constexpr int MOST_SAMPLES = (1 << 30) - 1;  // of a pixel, so that next_look() still fits into 32 bits
+
+// Of a tile, of its samples and of whether it is finished: a count below 0 would write outside of the film.
+static bool could_be(const Vec3& v, int) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+static bool could_be(std::int32_t count, int samples) { return 0 <= count && count <= samples; }
+static bool could_be(std::uint8_t finished, int) { return finished <= 1; }
+
 void Render::restore(std::string_view state) {
     const std::size_t size = state_size();
     std::uint64_t head[2] = {0, 0}, sum = 0;  // version and fingerprint
@@ -341,13 +348,24 @@ void Render::restore(std::string_view state) {
     if (state.size() != size || sum != Fingerprint().bytes(state.data(), size - sizeof sum).value())
         throw std::invalid_argument("state: damaged, " + std::to_string(state.size()) + " bytes of " +
                                     std::to_string(size));
-    const char* p = state.data() + sizeof head;
-    const auto read = [&](auto* data, std::size_t count) {
+    std::int32_t samples;
+    const char* const films = state.data() + sizeof head + sizeof samples;
+    std::memcpy(&samples, films - sizeof samples, sizeof samples);
+    const char* p = films;
+    bool plausible = 0 <= samples && samples <= MOST_SAMPLES;
+    for_state(*this, [&]<class T>(const T*, std::size_t count) {
+        for (T value; count > 0; --count, p += sizeof value) {
+            std::memcpy(static_cast<void*>(&value), p, sizeof value);
+            plausible = plausible && could_be(value, samples);
+        }
+    });
+    if (!plausible) throw std::invalid_argument("state: damaged, it holds what no render leaves");
+    p = films;
+    samples_ = samples;
+    for_state(*this, [&](auto* data, std::size_t count) {
         std::memcpy(static_cast<void*>(data), p, count * sizeof *data);
         p += count * sizeof *data;
-    };
-    read(&samples_, 1);
-    for_state(*this, read);
+    });
 }
 
 }  // namespace lobe

@@ -361,3 +361,11 @@ def test_every_command_has_help(lobe, command):
 
 def test_installed_command_starts():
     assert subprocess.run([sys.executable, "-m", "lobe.lab", "list", "lambert"], capture_output=True).returncode == 0
+
+
+def test_messages_are_a_line_that_terminals_show_as_it_is():
+    """Whatever bytes of a user's file they quote."""
+    assert cli.line("a\x1b[31m b\r\n c\u2028d\udcff\ufeff é") == "a\\x1b[31m b c d\\udcff\\ufeff é"
+    for message in ("x: " + "9" * 5000 + ": expected less", "x: " + "a " * 9000 + ": expected less"):
+        assert len(cli.line(message)) <= cli.LONGEST_LINE and cli.line(message).startswith("x: ")
+        assert cli.line(message).endswith(": expected less") and "..." in cli.line(message)

@@ -326,7 +326,7 @@ def test_what_is_no_text(tmp_path, content, words):
 
 def test_a_pipe_is_no_scene(tmp_path):
     os.mkfifo(tmp_path / "s.toml")
-    assert "is a pipe, expected a file" in refusal(scene_files.load, tmp_path / "s.toml")
+    assert "is a pipe or a device, expected a file" in refusal(scene_files.load, tmp_path / "s.toml")
 
 
 def test_given_names_come_before_generated_ones(scene):

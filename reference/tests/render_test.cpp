@@ -229,5 +229,35 @@ TEST(Render, RefusesWhatIsNotItsState) {
     EXPECT_THROW(render.restore(state), std::invalid_argument);
 }
 
+// With a right checksum, as a program may write it that means harm: samples of a tile below 0 would be written outside
+// of the film.
+TEST(Render, RefusesAStateThatNoRenderLeaves) {
+    const Scene scene = lit_by_everything();
+    const Camera camera({1, 2, 6}, Vec3(0), {0, 1, 0}, 40);
+    Render render(scene, camera, 8, 8, {});
+    render.advance(2);
+    std::string good(render.state_size(), '\0');
+    render.state(good.data());
+    const std::size_t samples = 16, sums = samples + 4, tile = sums + 8 * 8 * 2 * sizeof(Vec3), finished = tile + 4;
+    const auto with = [&](std::size_t at, auto value) {
+        std::string state = good;
+        std::memcpy(state.data() + at, &value, sizeof value);
+        const std::uint64_t sum = Fingerprint().bytes(state.data(), state.size() - sizeof sum).value();
+        std::memcpy(state.data() + state.size() - sizeof sum, &sum, sizeof sum);
+        return state;
+    };
+    EXPECT_NO_THROW(render.restore(with(tile, std::int32_t(1))));
+    for (const std::int32_t count : {-1, 3, INT32_MIN, INT32_MAX})
+        EXPECT_THROW(render.restore(with(tile, count)), std::invalid_argument) << count;
+    for (const std::int32_t count : {-1, 1 << 30, INT32_MAX})
+        EXPECT_THROW(render.restore(with(samples, count)), std::invalid_argument) << count;
+    EXPECT_THROW(render.restore(with(finished, std::uint8_t(2))), std::invalid_argument);
+    for (const double sum : {NAN, INFINITY})
+        EXPECT_THROW(render.restore(with(sums, sum)), std::invalid_argument) << sum;
+    std::string now(render.state_size(), '\0');
+    render.state(now.data());
+    EXPECT_EQ(now.compare(with(tile, std::int32_t(1))), 0) << "a state that is refused changes nothing";
+}
+
 }  // namespace
 }  // namespace lobe
