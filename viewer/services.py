@@ -106,7 +106,7 @@ class Services:
         if key not in self._programs:
             source = bundle.bundle(self.library, [key])
             text = gl._fragment(source, function.call, function.result, inputs, 1, 1)
-            self._programs[key] = gl.program(self.context, gl._VERTEX, text)
+            self._programs[key] = gl.program(self.context, gl.VERTEX, text)
         count = next(iter(inputs.values())).shape[1]
         values = gl._block(self.context.gl, self._programs[key], inputs, -(-count // gl.ROW))
         return values[:, : catalogue.WIDTHS[function.result]].copy()
