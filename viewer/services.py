@@ -107,8 +107,8 @@ class Services:
             source = bundle.bundle(self.library, [key])
             text = gl._fragment(source, function.call, function.result, inputs, 1, 1)
             self._programs[key] = gl.program(self.context, gl.VERTEX, text)
-        count = next(iter(inputs.values())).shape[1]
-        values = gl._block(self.context.gl, self._programs[key], inputs, -(-count // gl.ROW))
+        packed = np.concatenate(list(inputs.values()), axis=-1)
+        values = gl._block(self.context.gl, self._programs[key], packed, -(-packed.shape[1] // gl.ROW))
         return values[:, : catalogue.WIDTHS[function.result]].copy()
 
     @staticmethod
