@@ -41,9 +41,13 @@ class Context:
     def draw(self, fragment: str, packed: np.ndarray, rows: int) -> np.ndarray:
         """What a fragment shader of `evaluate` answers for packed inputs [lights, n, width]: float32 [n, 4]."""
         shader = program(self, VERTEX, fragment)
-        values = np.concatenate([_block(self.gl, shader, block, rows) for block in blocks(packed, rows)])
+        values = self.drawn(shader, packed, rows)
         shader.release()
         return values
+
+    def drawn(self, shader, packed: np.ndarray, rows: int) -> np.ndarray:
+        """As `draw`, by a program that is compiled already."""
+        return np.concatenate([_block(self.gl, shader, block, rows) for block in blocks(packed, rows)])
 
 
 def create_context(name: str) -> Context:

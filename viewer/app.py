@@ -24,6 +24,7 @@ from .state import AGAINST, MODES, TONES, State
 from .truth import Truth
 
 WELCOME = "Drag turns the camera, the bar compares shader and reference, F1 shows all keys."
+FRAME_SECONDS = 1 / 60
 IDLE_SECONDS = 0.25  # how long a frame may wait when nothing happens
 FLICKER_SECONDS = 0.5
 WATCH_SECONDS = 0.5
@@ -102,9 +103,15 @@ class App:
     def run(self, frames: int | None = None) -> None:
         """Frames until the window closes."""
         while not self.window.closing and frames != 0:
-            self.window.poll(0.0 if self.busy else IDLE_SECONDS)
-            self.frame()
+            self.step()
             frames = None if frames is None else frames - 1
+
+    def step(self) -> None:
+        """One frame, not before it is due: what is not seen would only take the processor from the reference."""
+        if self.busy:
+            time.sleep(max(self._began + FRAME_SECONDS - time.perf_counter(), 0.0))
+        self.window.poll(0.0 if self.busy else IDLE_SECONDS)
+        self.frame()
 
     @property
     def busy(self) -> bool:
@@ -388,11 +395,7 @@ class App:
         key = (job.key, job.version, left.version)
         if key != self._read_key:
             self._read, self._read_key = now, key
-            pair = left.read().copy(), job.image.copy()
-            same = (pair[0][..., 3] == pair[1][..., 3]) & (pair[0][..., 3] > 0)
-            for image in pair:
-                image[..., 3] = same
-            self.services.take_images(key, *pair)
+            self.services.take_images(key, left.full.texture.read(), job.image)
 
     # Files.
 

@@ -8,7 +8,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,6 +40,23 @@ class Slot:
     failure: str = ""
     ready_key: Hashable = None
     asked_key: Hashable = None
+
+
+@dataclass(frozen=True)
+class Keeping(gl.Context):
+    """A context that keeps what it has compiled: the same function is asked for in every frame that a slider moves."""
+
+    programs: dict[str, object] = field(default_factory=dict)
+
+    def draw(self, fragment: str, packed: np.ndarray, rows: int) -> np.ndarray:
+        if fragment not in self.programs:
+            self.programs[fragment] = gl.program(self, gl.VERTEX, fragment)
+        return self.drawn(self.programs[fragment], packed, rows)
+
+    def forget(self) -> None:
+        for program in self.programs.values():
+            program.release()
+        self.programs.clear()
 
 
 @dataclass(frozen=True)
@@ -84,10 +101,10 @@ class Services:
         self.reframe = False
         self._wake = wake
         self._slots: dict[str, Slot] = {}
-        self._programs: dict[str, object] = {}
+        self._sources: dict[str, str] = {}  # of each function's bundle
+        self._keeping = Keeping(context.name, context.gl, context.renderer, context.version)
         self._work: queue.Queue = queue.Queue()
         self._gl_work: list = []
-        self._images: tuple | None = None
         self._thread = threading.Thread(target=self._run, daemon=True, name="lobe-worker")
         self._thread.start()
 
@@ -102,14 +119,9 @@ class Services:
         all its parameters. Of the main thread alone: draw(), or work that `later` was told is for OpenGL."""
         inputs = {p.name: np.ascontiguousarray(columns[p.name], np.float32).reshape(1, -1, p.width)
                   for p in function.parameters}
-        key = function.key
-        if key not in self._programs:
-            source = bundle.bundle(self.library, [key])
-            text = gl._fragment(source, function.call, function.result, inputs, 1, 1)
-            self._programs[key] = gl.program(self.context, gl.VERTEX, text)
-        packed = np.concatenate(list(inputs.values()), axis=-1)
-        values = gl._block(self.context.gl, self._programs[key], packed, -(-packed.shape[1] // gl.ROW))
-        return values[:, : catalogue.WIDTHS[function.result]].copy()
+        if function.key not in self._sources:
+            self._sources[function.key] = bundle.bundle(self.library, [function.key])
+        return gl.evaluate(self._keeping, self._sources[function.key], function.call, function.result, inputs)
 
     @staticmethod
     def evaluate_reference(function: Function, columns: dict[str, np.ndarray]) -> np.ndarray:
@@ -146,7 +158,7 @@ class Services:
         """(key, shader, reference) of the newest pictures [h, w, 4] float32 that belong together and are complete, row 0
         on top; alpha is 1 where both see the same triangle of the object, else 0: at edges, they are of two places. None
         before there are any. Do not write into them."""
-        return self._images
+        return self._slots["images"].value if "images" in self._slots else None
 
     # Words.
 
@@ -166,15 +178,22 @@ class Services:
 
     # Of the window.
 
-    def take_images(self, key: Hashable, shader: np.ndarray, reference: np.ndarray) -> None:
-        self._images = key, shader, reference
+    def take_images(self, key: Hashable, shader: bytes, reference: np.ndarray) -> None:
+        """Prepares `images` from the content of the shader's texture and the reference's picture."""
+        def paired():
+            ours = np.frombuffer(shader, np.float32).reshape(reference.shape)[::-1].copy()
+            theirs = reference.copy()
+            same = (ours[..., 3] == theirs[..., 3]) & (ours[..., 3] > 0)
+            ours[..., 3] = theirs[..., 3] = same
+            return key, ours, theirs
+
+        self.later("images", key, paired)
 
     def reloaded(self, library: Catalogue) -> None:
         """Forgets what belongs to an older library."""
         self.library = library
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._sources.clear()
+        self._keeping.forget()
         for slot in self._slots.values():
             slot.asked_key = slot.ready_key = None
 
