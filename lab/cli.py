@@ -73,6 +73,22 @@ def stability(
     commands.stability(function or [], context, points, only or [], out, json)
 
 
+@app.command()
+def mutate(
+    function: Annotated[list[str], typer.Option("--function", help="Only this function or file (repeatable).")] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=256, help="Processes.")] = 1,
+    points: Annotated[int, typer.Option("--points", min=64, max=1 << 24, help="Inputs at which a mutant that the suite lets "
+                                        "live is held against the function.")] = 1 << 20,
+    out: Out = Path("out"),
+    json: Json = None,
+):
+    """Edit every function in many small ways, and count the edits that the suite does not notice. Goes on where an
+    interrupted run in the same --out was."""
+    from . import commands
+
+    commands.mutate(function or [], jobs, points, out, json)
+
+
 @app.command(name="list")
 def list_(names: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,
           json: Json = None):

@@ -245,6 +245,24 @@ def stability(names: list[str], context: str, points: int | None, only: list[str
     sys.exit(1 if failing else 0)
 
 
+def mutate(names: list[str], jobs: int, points: int, out: Path, json: str | None) -> None:
+    from . import mutation, mutation_report
+    from .progress import progress
+
+    library = catalogue.load()
+    functions = measured(library, names)
+    reasons = mutation.arguments(library)
+    output_places(out, json)
+    renderer = gl.create_context("egl").renderer
+    with progress() as step:
+        results = mutation.argued(mutation.run(library, functions, out / "mutation", points, jobs, step), reasons)
+    if json:
+        files.write_json(json, mutation_report.measured(results, renderer, points))
+    if json != "-":
+        print(mutation_report.summary(results))
+    sys.exit(0 if mutation.passed(results, whole=not names) else 1)
+
+
 def list_functions(names: list[str], json: str | None) -> None:
     from rich.console import Console
     from rich.table import Table

@@ -20,6 +20,7 @@ FLOAT32_ROUNDOFF = 2.0**-24
 SMALLEST_REFERENCE = 1e-30  # below it, 0 <= got <= 2e-30 is enough
 JUMP_DISTANCE = 2.0**-22  # an input this near to a jump may fall to either side
 MAX_UNDECIDED = 1e-4  # of the pixels
+MOST_WEIGHED = 10  # failing pixels beyond that part, so that the row tells how many of a few too many are undecided
 NEARBY = 1024  # arguments that are tried about one
 HARDWARE_FACTOR = 4  # GPUs may round more coarsely
 FRAME_UNITS = 2048  # interpolation included
@@ -238,12 +239,17 @@ def compare(case: Case, shader: Shader, context: gl.Context) -> Result:
     """Draws the case with the shader and measures it against the reference."""
     with context:
         got = gl.evaluate(context, shader.source, shader.call, shader.result, case.inputs, case.weights)
+    return judged(case, shader, context, got)
+
+
+def judged(case: Case, shader: Shader, context: gl.Context, got: np.ndarray) -> Result:
+    """Measures values that a shader gave for the case against the reference."""
     units = units_of(got, case.reference)
     allowed = shader.units * (HARDWARE_FACTOR if context.is_hardware else 1)
-    undecided = _undecided(case, got, units > allowed, allowed)
-    units[undecided] = 0.0
+    excused = undecided(case, got, units > allowed, allowed)
+    units[excused] = 0.0
     row = _row(case, shader, context, got, units, allowed)
-    row["undecided"] = int(undecided.any(-1).sum())
+    row["undecided"] = int(excused.any(-1).sum())
     row["pass"] = row["nonfinite"] == 0 and row["max_units"] <= allowed and row["undecided"] <= MAX_UNDECIDED * len(got)
     return Result(row, case, got, units)
 
@@ -308,13 +314,20 @@ def _row(case: Case, shader: Shader, context: gl.Context, got: np.ndarray, units
     }
 
 
+def undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) -> np.ndarray:
+    """Where failed values are undecided; nowhere if they are too many, whatever they are."""
+    if failed.any(-1).sum() > MAX_UNDECIDED * len(got) + MOST_WEIGHED:
+        return np.zeros_like(failed)
+    return _undecided(case, got, failed, allowed)
+
+
 def _undecided(case: Case, got: np.ndarray, failed: np.ndarray, allowed: int) -> np.ndarray:
     """Where a failed value is right for the other side of a jump of the function, nearer than 2^-22 to the input, or of
     the edge of the region where it is 0; or for another azimuth, where the input is that near to a pole."""
     undecided = np.zeros_like(failed)
     lights = next(iter(case.inputs.values())).shape[0]
     packed = rows(case.function, case.inputs).reshape(lights, len(got), -1)
-    for n in np.flatnonzero(failed.any(-1))[: int(MAX_UNDECIDED * len(got)) + 100]:
+    for n in np.flatnonzero(failed.any(-1)):
         for light in range(lights):
             here, here_unit = _valued(case.function, packed[light, n][None])
             weight = 1.0 if case.weights is None else case.weights[light, n, : got.shape[1]]

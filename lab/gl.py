@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ctypes.util
 import re
-from dataclasses import dataclass
+from collections import OrderedDict
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,8 +15,11 @@ from .errors import InputError
 CONTEXTS = ("egl", "osmesa")
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
 ROW = 1024  # inputs a texture row
+_TYPES = {width: name for name, width in WIDTHS.items()}
 PART = 8  # lights that are summed apart, so that the sum over many rounds no more often than that over a few
 MOST_ROWS = 4096  # of a texture: far below what drivers take, and a few of them fit in memory
+MANY = 10  # expressions that one program draws, three numbers each, into 8 targets of four: OpenGL promises 8
+KEPT = 8  # programs that a context keeps: who evaluates one call over several sets of inputs compiles it once
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class Context:
     gl: object  # moderngl.Context
     renderer: str
     version: str
+    programs: OrderedDict = field(default_factory=OrderedDict, init=False, repr=False, compare=False)  # by fragment shader
 
     @property
     def is_hardware(self) -> bool:
@@ -38,16 +43,25 @@ class Context:
     def __exit__(self, *error):
         self.gl.__exit__(*error)
 
-    def draw(self, fragment: str, packed: np.ndarray, rows: int) -> np.ndarray:
-        """What a fragment shader of `evaluate` answers for packed inputs [lights, n, width]: float32 [n, 4]."""
-        shader = program(self, VERTEX, fragment)
-        values = self.drawn(shader, packed, rows)
-        shader.release()
-        return values
+    def evaluate(self, source: str, call: str, result: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
+        """What `evaluate` returns; weights are among the inputs."""
+        lights, rows, packed = _packed(inputs)
+        return self.draw(_fragment(source, call, result, inputs, lights, rows), packed, rows)[:, : WIDTHS[result]]
 
-    def drawn(self, shader, packed: np.ndarray, rows: int) -> np.ndarray:
+    def draw(self, fragment: str, packed: np.ndarray, rows: int, outputs: int = 1) -> np.ndarray:
+        """What a fragment shader of `evaluate` answers for packed inputs [lights, n, width]: float32 [n, 4 outputs]."""
+        return self.drawn(self._program(fragment), packed, rows, outputs)
+
+    def _program(self, fragment: str):
+        """The program of a fragment shader, compiled unless it is one of the last KEPT."""
+        self.programs[fragment] = self.programs.pop(fragment, None) or program(self, VERTEX, fragment)
+        if len(self.programs) > KEPT:
+            self.programs.popitem(last=False)[1].release()
+        return self.programs[fragment]
+
+    def drawn(self, shader, packed: np.ndarray, rows: int, outputs: int = 1) -> np.ndarray:
         """As `draw`, by a program that is compiled already."""
-        return np.concatenate([_block(self.gl, shader, block, rows) for block in blocks(packed, rows)])
+        return np.concatenate([_block(self.gl, shader, block, rows, outputs) for block in blocks(packed, rows)])
 
 
 def create_context(name: str) -> Context:
@@ -152,6 +166,12 @@ def program(context: Context, vertex: str, fragment: str):
         raise CompileError(str(error)) from None
 
 
+def require_compiles(context: Context, source: str) -> None:
+    """CompileError where a text of functions does not compile."""
+    with context:
+        program(context, VERTEX, f"#version 330\nout vec4 lobe_out;\n{source}\nvoid main() {{ lobe_out = vec4(0.0); }}\n").release()
+
+
 def version_stripped(source: str) -> str:
     """A shader's text without its #version line; line numbers stay."""
     return re.sub(r"^[ \t]*#version.*$", "", source, count=1, flags=re.M)
@@ -172,13 +192,25 @@ def evaluate(context: Context, source: str, call: str, result: str, inputs: dict
     weights   float32 [lights, n, 3] by which each light's value is multiplied; None for 1
     returns   float32 [n, width of result]
     """
-    if weights is not None:
-        inputs = inputs | {"lobe_weight": weights}
+    return context.evaluate(source, call, result, inputs if weights is None else inputs | {"lobe_weight": weights})
+
+
+def evaluate_many(context: Context, source: str, calls: list[str], result: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    """Values of several expressions over the same rows of inputs, of one light, drawn by as few programs as there is room
+    for: float32 [calls, n, width of result]."""
+    _, rows, packed = _packed(inputs)
+    values = []
+    for i in range(0, len(calls), MANY):
+        part = calls[i : i + MANY]
+        drawn = context.draw(_fragment_of_many(source, part, result, inputs), packed, rows, -(-3 * len(part) // 4))
+        values += np.split(drawn[:, : 3 * len(part)], len(part), axis=1)
+    return np.array(values)[..., : WIDTHS[result]]
+
+
+def _packed(inputs: dict[str, np.ndarray]) -> tuple[int, int, np.ndarray]:
+    """Lights, rows of the textures, and all inputs side by side."""
     lights, count = next(iter(inputs.values())).shape[:2]
-    rows = min(-(-count // ROW), max(MOST_ROWS // lights, 1))
-    packed = np.concatenate(list(inputs.values()), axis=-1)
-    values = context.draw(_fragment(source, call, result, inputs, lights, rows), packed, rows)
-    return values[:, : WIDTHS[result]]
+    return lights, min(-(-count // ROW), max(MOST_ROWS // lights, 1)), np.concatenate(list(inputs.values()), axis=-1)
 
 
 def blocks(packed: np.ndarray, rows: int) -> list[np.ndarray]:
@@ -196,8 +228,8 @@ def texels(packed: np.ndarray, rows: int) -> list[np.ndarray]:
     return list(filled)
 
 
-def _block(gl, shader, packed: np.ndarray, rows: int) -> np.ndarray:
-    """[n, 4], of at most rows * ROW inputs."""
+def _block(gl, shader, packed: np.ndarray, rows: int, outputs: int) -> np.ndarray:
+    """[n, 4 outputs], of at most rows * ROW inputs."""
     lights, count = packed.shape[:2]
     textures = []
     for unit, values in enumerate(texels(packed, rows)):
@@ -207,32 +239,38 @@ def _block(gl, shader, packed: np.ndarray, rows: int) -> np.ndarray:
         if f"lobe_t_{unit}" in shader:
             shader[f"lobe_t_{unit}"].value = unit
         textures.append(texture)
-    target = gl.texture((ROW, rows), 4, dtype="f4")
-    frame = gl.framebuffer([target])
+    targets = [gl.texture((ROW, rows), 4, dtype="f4") for _ in range(outputs)]
+    frame = gl.framebuffer(targets)
     frame.use()
     gl.viewport = (0, 0, ROW, rows)
     array = gl.vertex_array(shader, [])
     array.render(mode=gl.TRIANGLES, vertices=3)
-    values = np.frombuffer(target.read(), np.float32).reshape(-1, 4)[:count]
-    for thing in (array, frame, target, *textures):
+    values = [np.frombuffer(target.read(), np.float32).reshape(-1, 4)[:count] for target in targets]
+    for thing in (array, frame, *targets, *textures):
         thing.release()
-    return values
+    return values[0] if outputs == 1 else np.concatenate(values, axis=1)
 
 
-def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray], lights: int, rows: int) -> str:
-    types, fetches, component = {1: "float", 2: "vec2", 3: "vec3"}, [], 0
+def _fetches(inputs: dict[str, np.ndarray]) -> tuple[str, str]:
+    """GLSL that declares the textures of inputs, and that reads the inputs at lobe_texel."""
+    fetches, component = [], 0
     textures = range(-(-sum(values.shape[2] for values in inputs.values()) // 4))  # four numbers each: OpenGL promises 16
     for i in textures:
         fetches.append(f"vec4 lobe_p_{i} = texelFetch(lobe_t_{i}, lobe_texel, 0);")
     for name, values in inputs.items():
         parts = (f"lobe_p_{i // 4}.{'xyzw'[i % 4]}" for i in range(component, component + values.shape[2]))
-        fetches.append(f"{types[values.shape[2]]} {name} = {types[values.shape[2]]}({', '.join(parts)});")
+        fetches.append(f"{_TYPES[values.shape[2]]} {name} = {_TYPES[values.shape[2]]}({', '.join(parts)});")
         component += values.shape[2]
-    fetches = "\n            ".join(fetches)
+    return "".join(f"uniform sampler2D lobe_t_{i};\n" for i in textures), "\n            ".join(fetches)
+
+
+def _fragment(source: str, call: str, result: str, inputs: dict[str, np.ndarray], lights: int, rows: int) -> str:
+    textures, fetches = _fetches(inputs)
     weighted = "lobe_weight * " if "lobe_weight" in inputs else ""
     extensions = re.findall(r"^#extension.*\n", source, re.M)  # they come before all else
+    row = f" + lobe_light * {rows}" if lights > 1 else ""
     return f"""#version 330
-{"".join(extensions)}{"".join(f"uniform sampler2D lobe_t_{i};{chr(10)}" for i in textures)}out vec4 lobe_out;
+{"".join(extensions)}{textures}out vec4 lobe_out;
 {re.sub(r"^#extension.*$", "", source, flags=re.M)}
 #line 1
 void main() {{
@@ -240,7 +278,7 @@ void main() {{
     for (int lobe_part = 0; lobe_part < {lights}; lobe_part += {PART}) {{
         vec3 lobe_subtotal = vec3(0.0);
         for (int lobe_light = lobe_part; lobe_light < min(lobe_part + {PART}, {lights}); ++lobe_light) {{
-            ivec2 lobe_texel = ivec2(gl_FragCoord.x, int(gl_FragCoord.y) + lobe_light * {rows});
+            ivec2 lobe_texel = ivec2(gl_FragCoord.x, int(gl_FragCoord.y){row});
             {fetches}
             lobe_subtotal += {weighted}{widened(call, result)};
         }}
@@ -249,3 +287,34 @@ void main() {{
     lobe_out = vec4(lobe_sum, 1.0);
 }}
 """
+
+
+def _fragment_of_many(source: str, calls: list[str], result: str, inputs: dict[str, np.ndarray]) -> str:
+    """Writes the values of the calls one after the other into the channels of the outputs. Each call has its own copy of the
+    inputs, of which the compiler cannot know that it is one, and is as wide as where it is drawn alone: else Mesa's compiler
+    multiplies in another order, and rounds otherwise."""
+    textures, fetches = _fetches({f"lobe_i_{name}": values for name, values in inputs.items()})
+    parts = [f"lobe_v_{i}.{c}" for i in range(len(calls)) for c in "xyz"]
+    parts += ["0.0"] * (-len(parts) % 4)
+    outputs = range(len(parts) // 4)
+    declared = "\n".join(f"layout(location = {i}) out vec4 lobe_out_{i};" for i in outputs)
+    values = "\n    ".join(f"vec3 lobe_v_{i}; {{ {_copies(inputs, i)} lobe_v_{i} = {widened(call, result)}; }}"
+                           for i, call in enumerate(calls))
+    written = "\n    ".join(f"lobe_out_{i} = vec4({', '.join(parts[4 * i : 4 * i + 4])});" for i in outputs)
+    return f"""#version 330
+{textures}uniform int lobe_zero[{len(calls)}];
+{declared}
+{source}
+#line 1
+void main() {{
+    ivec2 lobe_texel = ivec2(gl_FragCoord.xy);
+    {fetches}
+    {values}
+    {written}
+}}
+"""
+
+
+def _copies(inputs: dict[str, np.ndarray], i: int) -> str:
+    return " ".join(f"{_TYPES[x.shape[2]]} {name} = intBitsToFloat(floatBitsToInt(lobe_i_{name}) ^ lobe_zero[{i}]);"
+                    for name, x in inputs.items())

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -41,13 +42,22 @@ class Rule:
     slack   units besides the function's own: what is asked may differ from what is meant by a rounding
     """
 
+    function: Function
     name: str
     asked: dict[str, np.ndarray]
     meant: dict[str, np.ndarray] | None
     same: bool = False
     slack: int = 0
 
+    @cached_property
+    def case(self) -> compare.Case:
+        """What is asked, with the reference's values at what is meant."""
+        asked, meant = ({name: x[None] for name, x in inputs.items()} for inputs in (self.asked, self.meant))
+        return compare.Case(self.function, "policy", "points", asked, None,
+                            compare.reference_values(self.function, meant, None))
 
+
+@lru_cache(maxsize=16)
 def hostile(function: Function, seed: int = SEED) -> dict[str, np.ndarray]:
     """Rows of hostile values: all combinations where they are few, random ones where they are many."""
     choices = [np.array(DIRECTIONS if p.kind in ("direction", "half") else SCALARS if p.width == 1 else VECTORS,
@@ -70,7 +80,7 @@ def rules(function: Function, count: int = POINTS, seed: int = SEED) -> Iterator
         def filled(changed):
             whole = base | {n: np.broadcast_to(np.asarray(x, np.float32), base[n].shape) for n, x in changed.items()}
             return whole | ({"H": whole["V"] + whole["L"]} if half else {})
-        return Rule(name, filled(asked), None if meant is None else filled(meant), **options)
+        return Rule(function, name, filled(asked), None if meant is None else filled(meant), **options)
 
     widths = [n for n in names if n.startswith("alpha") and (lobe or distribution)]
     if widths and all(function.parameter(n).low <= 1e-4 for n in widths):
@@ -116,6 +126,9 @@ def _direction_rules(function: Function, base: dict, rule) -> Iterator[Rule]:
         for X in "VL":
             below = np.where(geometry.dot(base["N"], base[X]) > 0, -base[X], base[X])
             yield rule(f"{X} below the horizon is 0", {X: below}, None)
+    if {"N", "V", "L"} <= names and function.name.startswith("lobe_pdf_"):
+        below = np.where(geometry.dot(base["N"], base["V"]) > 0, -base["V"], base["V"])
+        yield rule("V below the horizon is 0", {"V": below}, None)
     if function.name == "lobe_LdotH" and {"V", "L"} <= names:
         yield rule("V = -L is 0", {"V": -base["L"]}, None)
     if {"N", "H"} <= names and not {"V", "L"} <= names and function.kind != "helper":
@@ -130,20 +143,19 @@ def unkept(function: Function, context: gl.Context, source: str) -> np.ndarray:
     return ~(np.isfinite(got) & ((got >= 0) | function.returns_directions)).all(-1)
 
 
-def errors(rule: Rule, function: Function, shader: compare.Shader, context: gl.Context) -> np.ndarray:
+def errors(rule: Rule, shader: compare.Shader, context: gl.Context) -> np.ndarray:
     """Error over what is allowed, [n]; infinite where 0 is due and something else comes."""
     asked = {name: x[None] for name, x in rule.asked.items()}
     if rule.meant is None:
         with context:
             got = gl.evaluate(context, shader.source, shader.call, shader.result, asked)
         return np.where((got == 0).all(-1), 0.0, np.inf)
-    meant = {name: x[None] for name, x in rule.meant.items()}
     if rule.same:
+        meant = {name: x[None] for name, x in rule.meant.items()}
         with context:
             got, own = (gl.evaluate(context, shader.source, shader.call, shader.result, x) for x in (asked, meant))
         return np.where((got == own).all(-1), 0.0, np.inf)
-    case = compare.Case(function, "policy", "points", asked, None, compare.reference_values(function, meant, None))
-    result = compare.compare(case, shader, context)
+    result = compare.compare(rule.case, shader, context)
     return result.units.max(-1) / (result.row["units_allowed"] + rule.slack)
 
 

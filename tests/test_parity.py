@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from lobe import reference
-from lobe.lab import catalogue, compare, gl, matrix, scenes
+from lobe.lab import catalogue, compare, gl, judge, matrix, scenes
 
 LIBRARY = catalogue.load()
-POINTS = 1 << 14
 SIZE = 96
 
 
@@ -33,7 +32,7 @@ def shader(function):
 
 @pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
 def test_points(function, contexts):
-    check(compare.points_case(function, POINTS, {}, seed=1), contexts)
+    check(compare.points_case(function, judge.PARITY_POINTS, {}, judge.PARITY_SEED), contexts)
 
 
 @pytest.mark.full

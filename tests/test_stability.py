@@ -8,8 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from lobe import reference
-from lobe.lab import cases, catalogue, compare, domain, gl, policy, singular, stability, stability_chart, stability_report
+from lobe.lab import cases, catalogue, compare, domain, gl, judge, policy, singular, stability, stability_chart, stability_report
 
 from oracle import ORACLE, mpf, unit
 
@@ -62,12 +61,13 @@ def near_singular_sets(function, context, points):
     (row,) = run(function, context, ("random",), points).rows
     print(f"{row['units']:.3g} of {row['units_allowed']} units, {row['undecided']} undecided, seed {stability.SEED}")
     assert row["pass"] and row["nonfinite"] == 0, {name: x.tolist() for name, x in row["at"].items()}
+    worst = row["units"] / row["units_allowed"]
+    assert worst <= stability.documented(LIBRARY.label(function), context), f"{worst:.3g} of what is allowed: {REPAIR} {function.stem}"
 
 
 @over()
 def test_near_singular_sets(function, egl):
-    slow = next(f for f in reference.functions() if f.key == function.key).is_quadrature
-    near_singular_sets(function, egl, POINTS // 16 if slow else POINTS)
+    near_singular_sets(function, egl, judge.SLOW_NEAR_POINTS if compare.is_quadrature(function) else judge.NEAR_POINTS)
 
 
 @pytest.mark.full
@@ -79,8 +79,8 @@ def test_a_million_near_singular_sets(function, egl):
 @over()
 def test_policy(function, egl):
     shader = compare.library_shader(function, LIBRARY.text, function.key)
-    for rule in policy.rules(function, count=256):
-        errors = policy.errors(rule, function, shader, egl)
+    for rule in policy.rules(function, count=judge.RULE_POINTS):
+        errors = policy.errors(rule, shader, egl)
         worst = int(errors.argmax())
         assert errors[worst] <= 1, f"{rule.name}: " + str({name: x[worst].tolist() for name, x in rule.asked.items()})
 
