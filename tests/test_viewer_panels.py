@@ -8,6 +8,7 @@ import pytest
 from mpmath import mp, mpf
 
 from lobe.lab import catalogue, gl
+from lobe.lab.errors import InputError
 from lobe.viewer import app, choices, curves, numbers_panel, plausible, plots, presets, window
 from lobe.viewer import state as states
 
@@ -227,6 +228,7 @@ def test_presets_are_in_range(function):
 
 def test_presets_cover_metals_fits_and_layers():
     named = {(p.group, p.name) for f in LOBES for p in presets.of(LIBRARY, f)}
+    assert {("measured", fit) for fit in ("brushed metal", "blue paint", "felt", "primer")} <= named
     assert {("metals", metal) for metal in ("gold", "silver", "copper", "aluminium")} <= named
     assert {group for group, _ in named} >= {"metals", "dielectrics", "layers"}
     assert {p.name for p in presets.of(LIBRARY, one("lobe_GGX_conductor"))} >= {"gold", "silver"}
@@ -256,6 +258,7 @@ def test_a_fit_has_its_papers_numbers(tmp_path, monkeypatch):
     assert found.name == "blue paint"
     assert found.values["Cz2"] == (0.9,) * 3 and found.values["exponent3"] == (5.0, 6.0, 7.0)
     assert not presets.of(LIBRARY, one("lobe_Lafortune2"))
+    assert [p.name for p in presets.beyond(LIBRARY, one("lobe_Lafortune3"))] == ["clay"]
 
 
 # --- GLSL to paste ----------------------------------------------------------------------------------------------------
@@ -469,6 +472,45 @@ def test_a_lobe_is_chosen_by_keys_alone(viewer):
     press(imgui.Key.k)
     assert viewer.state.plots.kind != kind
     viewer.state.plots = states.Plots()
+
+
+def test_a_session_keeps_the_plots(tmp_path):
+    state = states.initial()
+    state.plots = states.Plots("albedo", False, False, (15.0, 80.0), 90.0, "red", True, [
+        [states.default_lobe("lobe_Ward"), states.default_lobe("lobe_Lambert")], [states.default_lobe("lobe_Phong")]])
+    states.save(state, tmp_path / "session.toml")
+    assert states.load(tmp_path / "session.toml")[0].plots == state.plots
+    assert _plots_of(tmp_path, "") == states.Plots()
+
+
+def _plots_of(folder, view):
+    text = states.to_toml(states.initial(), folder, (64, 64))
+    (folder / "changed.toml").write_text(text[: text.index("[view]")] + "[view]\n" + view)
+    return states.load(folder / "changed.toml")[0].plots
+
+
+@pytest.mark.parametrize("line, told", [
+    ("incidences = []", "is empty"), ("incidences = [95.0]", "out of range"), ('pins = ["gone"]', "gone"),
+    ('channel = "infrared"', "luminance"),
+])
+def test_a_session_with_wrong_plots_says_what_is_wrong(line, told, tmp_path):
+    with pytest.raises(InputError, match=told):
+        _plots_of(tmp_path, line)
+
+
+def test_a_and_b_are_compared_as_pictures(viewer):
+    state = viewer.state
+    state.sides = {"A": [states.default_lobe("lobe_GGX")], "B": [states.default_lobe("lobe_GGX_fast")]}
+    state.against = "B"
+    deadline = time.monotonic() + 30
+    while (viewer.services.images() or [("",)])[0][0] != "B" or not viewer.services._slots["picture errors"].fresh:
+        viewer.frame()
+        time.sleep(0.02)
+        assert time.monotonic() < deadline
+    told = viewer.services._slots["picture errors"].value
+    assert told.pixels > 1000 and told.nonfinite == 0
+    assert 0 < told.rms < told.largest
+    state.against = "reference"
 
 
 def test_b_takes_the_values_of_a(viewer, press):

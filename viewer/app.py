@@ -387,15 +387,17 @@ class App:
 
     def _take_images(self, now: float) -> None:
         """Reads both pictures back for whoever counts their errors, now and then."""
-        job, left = self.services.job, self.pictures["A"]
-        if job is None or not left.whole or job.version == 0 or now - self._read < NUMBERS_SECONDS:
+        job, left, B = self.services.job, self.pictures["A"], self.pictures["B"]
+        if not left.whole or now - self._read < NUMBERS_SECONDS:
             return
-        if job.state.reference == "direct" and not job.done:
-            return
-        key = (job.key, job.version, left.version)
-        if key != self._read_key:
+        if job is None:
+            whole, key, other = B.whole, ("B", B.version, left.version), B.read
+        else:
+            whole = job.version > 0 and (job.done or job.state.reference != "direct")
+            key, other = ("reference", job.key, job.version, left.version), lambda: job.image
+        if whole and key != self._read_key:
             self._read, self._read_key = now, key
-            self.services.take_images(key, left.full.texture.read(), job.image)
+            self.services.take_images(key, left.full.texture.read(), other())
 
     # Files.
 

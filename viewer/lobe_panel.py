@@ -177,6 +177,9 @@ def _starts(lobe: Lobe, services: Services) -> None:
                     for name, value in preset.values.items():
                         lobe.values[name] = choices.rounded_into(function.parameter(name), value)
                 imgui.set_item_tooltip(preset.remark)
+            if left_out := once(services, ("beyond", function.key), lambda: presets.beyond(services.library, function)):
+                imgui.separator()
+                wrapped(f"beyond the header's ranges: {', '.join(p.name for p in left_out)}", disabled=True)
             imgui.end_combo()
         imgui.same_line()
     if imgui.button("reset", (reset if offered else 0, 0)):

@@ -26,7 +26,7 @@ _light_shown: WeakKeyDictionary = WeakKeyDictionary()  # services -> which light
 def draw(state: State, services: Services) -> None:
     imgui.separator_text("Pixel under the mouse")
     _pixel(services)
-    imgui.separator_text("Picture, shader against reference")
+    imgui.separator_text(f"Picture, A against {state.against}")
     _picture(state, services)
     imgui.separator_text(f"{state.side} is plausible")
     _plausible(state, services)
@@ -55,7 +55,7 @@ def _pixel(services: Services) -> None:
 
 def _pixel_table(pixel: Pixel, light: int) -> None:
     rows = [("N", pixel.N, "%.4f"), ("V", pixel.V, "%.4f"), ("L", pixel.L[light], "%.4f"),
-            ("f GLSL", pixel.f_glsl[light], "%.5g"), ("f ref.", pixel.f_reference[light], "%.5g"),
+            ("f GLSL", pixel.f_glsl[light], "%.4g"), ("f ref.", pixel.f_reference[light], "%.4g"),
             ("units", pixel.units[light], "%.2f")]
     if not imgui.begin_table("pixel", 4, _TABLE):
         return
@@ -137,18 +137,16 @@ class Flip:
 
 def _picture(state: State, services: Services) -> None:
     found = services.images()
-    if state.against != "reference":
-        return wrapped("A is held against B: choose A : reference above for its errors.", disabled=True)
-    if found is None:
-        return wrapped("comes with the reference", disabled=True)
+    if found is None or found[0][0] != state.against:
+        return wrapped("comes when both pictures are complete", disabled=True)
     key, shader, reference = found
     slot = services.later("picture errors", (key, id(shader)), lambda: errors(shader, reference))
     if slot.value is None:
-        return
+        return wrapped("being counted", disabled=True)
     told: Errors = slot.value
     flip = Flip.of(services).ask((key, id(shader)), shader, reference)
     rows = [("largest", f"{told.largest:.3g}  (99 % below {told.most:.2g})",
-             "|shader - reference| of any channel; the largest is where an edge falls into a pixel"),
+             f"|A - {state.against}| of any channel"),
             ("rms", f"{told.rms:.3g}  ({told.relative:.2g} of the mean)", "Root of the mean square of the difference"),
             ("FLIP", "..." if flip is None else f"{flip:.2g}", "Mean FLIP of the pictures as a display shows them"),
             ("not finite", f"{told.nonfinite} of {told.pixels}", "Pixels of the shader that are NaN or infinite")]
@@ -246,8 +244,8 @@ def _loss(state: State, services: Services) -> None:
     wrapped(f"The difference is {share_text(found.moved)} of the light that A sends back, "
             f"{share_text(found.worst)} for a view at {np.degrees(found.worst_angle):.0f}°; albedos are up to "
             f"{found.albedo:.2g} apart, at {np.degrees(found.albedo_angle):.0f}°.")
-    imgui.set_item_tooltip("The integral of |f_A - f_B| N.L over lights, over that of f_A: the mean over views, and the "
-                           "largest; by the reference")
+    imgui.set_item_tooltip("The integral of |f_A - f_B| N.L over lights, over that of f_A: the mean over views, and "
+                           "the largest; by the reference")
 
 
 def _like(a: Lobe, b: Lobe) -> Lobe:

@@ -14,18 +14,17 @@ from . import choices, curves, theme
 from .curves import Curve
 from .lobe_panel import wrapped
 from .services import Services
-from .state import Lobe, Plots, State
+from .state import CHANNELS, MOST_INCIDENCES, Lobe, Plots, State
 
 KINDS = {"lobe": "Polar", "angle": "Over angle", "solid": "3D", "F": "F", "D": "D", "G": "G", "albedo": "Albedo"}
-CHANNELS = {"luminance": curves.LUMINANCE, "red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0)}
 DECADES = 4.0  # of a logarithmic plot below its largest value
-MOST_PINS, MOST_INCIDENCES = 4, 5
+MOST_PINS = 4
 ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
 ALBEDO_PART = 4  # angles whose shader values one frame computes
 POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
 RINGS, SPOKES = 40, 72
 DASHES = (240, 120, 80, 56, 40)  # ends of dashes along a line, of what the edited side is compared with
-NARROW, WIDE = 11.0, 27.0  # em: the column of controls; a plot that is worth another one beside it
+NARROW, WIDE = 11.5, 26.5  # em: the column of controls; a plot that is worth another one beside it
 
 # Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
 PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35))
@@ -76,9 +75,16 @@ def draw(state: State, services: Services) -> None:
     size = imgui.get_content_region_avail()
     controls = NARROW * imgui.get_font_size()
     width = (size.x - controls) / len(shown) - spacing.x
+    clear = imgui.ImVec4(0.0, 0.0, 0.0, 0.0)
+    if implot3d.get_current_context() is None:
+        implot3d.create_context()
+    implot.push_style_color(implot.Col_.frame_bg, clear)
+    implot3d.push_style_color(implot3d.Col_.frame_bg, clear)
     for kind in shown:
         _DRAWN[kind](state, services, imgui.ImVec2(width, size.y))
         imgui.same_line()
+    implot3d.pop_style_color()
+    implot.pop_style_color()
     if imgui.begin_child("controls", (0, size.y), imgui.ChildFlags_.nav_flattened):
         _controls(state, services, shown)
     imgui.end_child()
@@ -106,11 +112,19 @@ def _kinds(plots: Plots) -> None:
 def _controls(state: State, services: Services, shown: list[str]) -> None:
     plots, em = state.plots, imgui.get_font_size()
     if {"lobe", "angle", "solid", "D"} & set(shown):
-        plots.logarithmic = imgui.checkbox("logarithmic", plots.logarithmic)[1]
+        plots.logarithmic = imgui.checkbox("log", plots.logarithmic)[1]
+        imgui.set_item_tooltip(f"Logarithmic, over {DECADES:.0f} decades")
+        imgui.same_line()
     plots.reference = imgui.checkbox("reference", plots.reference)[1]
     imgui.set_item_tooltip("The reference in double precision: broad and pale, under the shader's thin line")
     plots.both = imgui.checkbox(f"and {_other(state)}", plots.both)[1]
     imgui.set_item_tooltip("The lobe of the other side, dashed")
+    imgui.same_line()
+    imgui.begin_disabled(len(plots.pins) >= MOST_PINS)
+    if imgui.small_button("pin"):
+        plots.pins.append([Lobe(lobe.key, dict(lobe.values)) for lobe in state.sides[state.side]])
+    imgui.end_disabled()
+    imgui.set_item_tooltip("Keep these curves, dashed, beside those to come")
     if {"lobe", "angle", "solid", "G"} & set(shown):
         _incidences(plots)
     if {"lobe", "angle", "albedo", "F"} & set(shown):
@@ -124,18 +138,13 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
         imgui.set_next_item_width(-1)
         plots.azimuth = imgui.slider_float("##azimuth", plots.azimuth, 0.0, 180.0, "%.0f° from T")[1]
         imgui.set_item_tooltip("The plane of incidence, from the tangent")
-    imgui.begin_disabled(len(plots.pins) >= MOST_PINS)
-    if imgui.small_button("pin"):
-        plots.pins.append([Lobe(lobe.key, dict(lobe.values)) for lobe in state.sides[state.side]])
-    imgui.end_disabled()
-    imgui.set_item_tooltip("Keep these curves, dashed, beside those to come")
     removed = None
     for i, pin in enumerate(plots.pins):
         imgui.push_id(i)
         if imgui.small_button("x"):
             removed = i
         imgui.same_line(0, 0.4 * em)
-        imgui.text_disabled(_name(pin))
+        imgui.text_disabled(shortened(_name(pin), imgui.get_content_region_avail().x))
         imgui.set_item_tooltip("\n".join(choices.call(lobe.function, lobe.values) for lobe in pin))
         imgui.pop_id()
     if removed is not None:
@@ -165,6 +174,15 @@ def _incidences(plots: Plots) -> None:
         if imgui.small_button("+"):
             plots.incidences += (20.0 + 10.0 * len(plots.incidences),)
         imgui.set_item_tooltip("Another angle of the light")
+
+
+def shortened(text: str, width: float) -> str:
+    """As much of a text as there is room for."""
+    if imgui.calc_text_size(text).x <= width:
+        return text
+    while text and imgui.calc_text_size(text + "…").x > width:
+        text = text[:-1]
+    return text + "…"
 
 
 def _other(state: State) -> str:
@@ -219,7 +237,7 @@ def _key(material: list[Lobe], *more):
 
 def channel(plots: Plots, rows: np.ndarray) -> np.ndarray:
     """[n, 3] -> [n]"""
-    return rows @ np.asarray(CHANNELS.get(plots.channel, curves.LUMINANCE))
+    return rows @ np.asarray(CHANNELS[plots.channel])
 
 
 def _plane_series(state: State, services: Services) -> list[Series]:
@@ -441,8 +459,6 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
                  for lobe in material]]
 
     told, got = values(services, "solid", _key(material, angle, azimuth), make)
-    if implot3d.get_current_context() is None:
-        implot3d.create_context()
     flags = implot3d.Flags_.no_legend | implot3d.Flags_.no_title | implot3d.Flags_.no_menus
     if not implot3d.begin_plot("##solid", size, flags):
         return
@@ -463,7 +479,8 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
         implot3d.pop_colormap()
     towards = curves.in_plane(-angle, azimuth)[0].astype(np.float32)
     color = imgui.ImVec4(*PALETTE[len(plots.incidences) - 1], 1.0)
-    implot3d.plot_line("light", *np.outer(towards, np.float32([0.0, 0.9])), implot3d.Spec(line_color=color, line_weight=2.0))
+    ray = np.outer(towards, np.float32([0.0, 0.9]))
+    implot3d.plot_line("light", *ray, implot3d.Spec(line_color=color, line_weight=2.0))
     implot3d.plot_text(f"light {plots.incidences[-1]:.0f}°", *towards)
     implot3d.end_plot()
 

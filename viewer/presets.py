@@ -28,8 +28,16 @@ class Preset:
 
 def of(library: Catalogue, function: Function) -> list[Preset]:
     """All that suit a function."""
-    found = [*_metals(library, function), *_dielectrics(function), *_measured(function), *_layers(function)]
-    return [p for p in found if p.values and admits(function, p.values)]
+    return [p for p in _all(library, function) if admits(function, p.values)]
+
+
+def beyond(library: Catalogue, function: Function) -> list[Preset]:
+    """Those that would suit it, but leave the ranges of its header."""
+    return [p for p in _all(library, function) if not admits(function, p.values)]
+
+
+def _all(library: Catalogue, function: Function) -> list[Preset]:
+    return [*_metals(library, function), *_dielectrics(function), *_measured(function), *_layers(function)]
 
 
 def admits(function: Function, values: dict[str, tuple[float, ...]]) -> bool:

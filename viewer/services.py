@@ -155,9 +155,10 @@ class Services:
         return bool(self._gl_work)
 
     def images(self) -> tuple[Hashable, np.ndarray, np.ndarray] | None:
-        """(key, shader, reference) of the newest pictures [h, w, 4] float32 that belong together and are complete, row 0
-        on top; alpha is 1 where both see the same triangle of the object, else 0: at edges, they are of two places. None
-        before there are any. Do not write into them."""
+        """(key, A, other) of the newest pictures [h, w, 4] float32 that belong together and are complete, row 0 on top:
+        of the shader, and of what it is held against, which key[0] names as state.against does; alpha is 1 where both
+        see the same triangle of the object, else 0: at edges, they are of two places. None before there are any. Do not
+        write into them."""
         return self._slots["images"].value if "images" in self._slots else None
 
     # Words.
@@ -179,7 +180,7 @@ class Services:
     # Of the window.
 
     def take_images(self, key: Hashable, shader: bytes, reference: np.ndarray) -> None:
-        """Prepares `images` from the content of the shader's texture and the reference's picture."""
+        """Prepares `images` from the content of the shader's texture and the other picture."""
         def paired():
             ours = np.frombuffer(shader, np.float32).reshape(reference.shape)[::-1].copy()
             theirs = reference.copy()

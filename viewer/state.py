@@ -9,13 +9,16 @@ from pathlib import Path
 from ..lab import catalogue, files, scene_schema, scenes, toml_lines
 from ..lab.catalogue import Function
 from ..lab.paths import DATA
-from ..lab.scene_schema import Choice, Flag, Key, Number, Place, Text
+from ..lab.scene_schema import Choice, Flag, Key, List, Number, Place, Text
 
 MODES = ("shader", "reference", "split", "difference", "flicker")  # keys 1 to 5
 TONES = ("sRGB", "filmic", "Reinhard")
 AGAINST = ("reference", "B")  # what lobe A is held against
 REFERENCES = ("direct", "traced")
 SIDES = ("A", "B")
+CHANNELS = {"luminance": (0.2126, 0.7152, 0.0722), "red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0),
+            "blue": (0.0, 0.0, 1.0)}  # of linear sRGB, as the plots can show them
+MOST_INCIDENCES = 5
 OBJECTS = ("sphere", "teapot", "bunny", "suzanne", "plane")
 PLACEMENT = {"fit": None, "scale": (1.0, 1.0, 1.0), "rotate": (0.0, 0.0, 0.0), "translate": (0.0, 0.0, 0.0),
              "rest_on": None, "flat": False}
@@ -157,6 +160,11 @@ _VIEW = (
     Key("plot", Text(), "what is plotted", "lobe"),
     Key("logarithmic", Flag(), "whether the plot is logarithmic", True),
     Key("curves", Flag(), "whether the reference is plotted", True),
+    Key("incidences", List(Number(0.0, 89.9)), "angles of the light in the plots", [0.0, 30.0, 60.0], "degrees"),
+    Key("azimuth", Number(0.0, 180.0), "of the plots' plane of incidence, from T", 0.0, "degrees"),
+    Key("channel", Choice(tuple(CHANNELS)), "what of a colour is plotted", "luminance"),
+    Key("both", Flag(), "whether the side that is not edited is plotted, too", False),
+    Key("pins", List(Text()), "materials whose curves stay", []),
 )
 
 
@@ -183,7 +191,7 @@ class _Reader:
         state = State(object_, placement, camera["eye"], camera["target"], camera["fov"], self._lights(),
                       self._environment(), self._sides(), depth=max(render["depth"], 1),
                       exposure=self.described["film"]["exposure"],
-                      plots=Plots(view["plot"], view["logarithmic"], view["curves"]),
+                      plots=self._plots(),
                       **{key: view[key] for key in ("side", "against", "mode", "divider", "reference", "tone", "scale")})
         if not state.lights and state.environment is None:
             self.place.fail("has no light that the viewer shows, expected a point or directional one, or an environment")
@@ -234,6 +242,16 @@ class _Reader:
             (self.place / "view" / "b").fail(f"{b}: expected one of {', '.join(known)}")
         return {"A": a, "B": self._material(b) if b else [default_lobe(START[1])]}
 
+    def _plots(self) -> Plots:
+        view, place = self.view, self.place / "view"
+        if not view["incidences"]:
+            (place / "incidences").fail("is empty, expected at least one angle")
+        for i, name in enumerate(view["pins"]):
+            if name not in self.described["materials"]:
+                (place / "pins" / i).fail(f"{name}: expected one of {', '.join(self.described['materials'])}")
+        return Plots(view["plot"], view["logarithmic"], view["curves"], tuple(view["incidences"][:MOST_INCIDENCES]),
+                     view["azimuth"], view["channel"], view["both"], [self._material(pin) for pin in view["pins"]])
+
     def _material(self, name: str) -> list[Lobe]:
         material, place = self.described["materials"][name], self.place / "materials" / name
         for key in ("mirror", "glass"):
@@ -264,9 +282,16 @@ def to_toml(state: State, folder: Path, size: tuple[int, int]) -> str:
     tables.append(_table("objects", _object(state, folder), array=True))
     tables += [_table("lights", _light(light), array=True) for light in state.lights]
     shown = {key: getattr(state, key) for key in ("side", "against", "mode", "divider", "reference", "tone", "scale")}
-    plots = {"plot": state.plots.kind, "logarithmic": state.plots.logarithmic, "curves": state.plots.reference}
-    tables.append(_table("view", {"b": "B"} | shown | plots))
+    tables += [_table(f"materials.pin{i}", {"lobes": [_lobe(lobe) for lobe in pin]})
+               for i, pin in enumerate(state.plots.pins)]
+    tables.append(_table("view", {"b": "B"} | shown | _plots(state.plots)))
     return "\n".join(tables)
+
+
+def _plots(plots: Plots) -> dict:
+    return {"plot": plots.kind, "logarithmic": plots.logarithmic, "curves": plots.reference, "azimuth": plots.azimuth,
+            "incidences": plots.incidences, "channel": plots.channel, "both": plots.both,
+            "pins": [f"pin{i}" for i in range(len(plots.pins))]}
 
 
 def _object(state: State, folder: Path) -> dict:

@@ -37,6 +37,7 @@ def apply(density: float) -> None:
     set_color(imgui.Col_.slider_grab_active, imgui.ImVec4(0.26, 0.59, 0.98, 0.75))
     set_color(imgui.Col_.child_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))  # filling so much costs in software
     set_color(imgui.Col_.modal_window_dim_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.45))
+    set_color(imgui.Col_.frame_bg, imgui.ImVec4(0.19, 0.2, 0.22, 1.0))
     set_color(imgui.Col_.popup_bg, imgui.ImVec4(0.15, 0.155, 0.165, 0.98))
 
 
