@@ -173,7 +173,7 @@ def _parts(material: list[Lobe]) -> plausible.Material:
 def _plausible(state: State, services: Services) -> None:
     parts = _parts(state.sides[state.side])
     known = Shelf.of(services).get(services, "plausible", repr(state.sides[state.side]),
-                                   lambda: plausible.measure(parts))
+                                   lambda: plausible.measure(parts), patient=True)
     if known is None:
         _lamp(UNKNOWN, "reciprocal", "being measured")
         return _lamp(UNKNOWN, "energy", "being measured")
@@ -237,7 +237,8 @@ def _loss(state: State, services: Services) -> None:
         much = f"{abs(share):.0f} % {'less' if share < 0 else 'more'}" if spent[0] != spent[1] else "as much"
         wrapped(f"B costs {much}.")
     parts = _parts(A), _parts(B)
-    known = Shelf.of(services).get(services, "loss", (repr(A), repr(B)), lambda: plausible.loss(*parts))
+    known = Shelf.of(services).get(services, "loss", (repr(A), repr(B)), lambda: plausible.loss(*parts),
+                                   patient=True)
     if known is None:
         return
     found: plausible.Loss = known[1]

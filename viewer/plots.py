@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
@@ -20,6 +21,7 @@ KINDS = {"lobe": "Polar", "angle": "Over angle", "solid": "3D", "F": "F", "D": "
 DECADES = 4.0  # of a logarithmic plot below its largest value
 MOST_PINS = 4
 ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
+REST_SECONDS = 0.2  # after the last change, before what takes long begins
 ALBEDO_PART = 4  # angles whose shader values one frame computes
 POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
 RINGS, SPOKES = 40, 72
@@ -51,13 +53,19 @@ class Shelf:
 
     def __init__(self):
         self.values: dict[str, tuple] = {}
+        self._changed: dict[str, tuple] = {}  # slot -> the key that was asked for last, and since when
 
     @classmethod
     def of(cls, services: Services) -> Shelf:
         return cls._of.setdefault(services, cls())
 
-    def get(self, services: Services, slot: str, key, work: Callable[[], object], opengl: bool = False):
-        """(key, value) of the newest that is ready, or None."""
+    def get(self, services: Services, slot: str, key, work: Callable[[], object], opengl: bool = False,
+            patient: bool = False):
+        """(key, value) of the newest that is ready, or None. What is `patient` begins when its key has been the same for
+        a while: during a drag it would keep what is quick waiting."""
+        if patient and not self._rests(slot, key):
+            return self.values.get(slot)
+
         def kept():
             value = work()
             self.values[slot] = key, value  # even where a newer one was asked for: a drag would else show nothing
@@ -65,6 +73,12 @@ class Shelf:
 
         services.later(slot, key, kept, opengl)
         return self.values.get(slot)
+
+    def _rests(self, slot: str, key) -> bool:
+        now = time.monotonic()
+        if self._changed.get(slot, (None,))[0] != key:
+            self._changed[slot] = key, now
+        return now - self._changed[slot][1] >= REST_SECONDS
 
 
 def draw(state: State, services: Services) -> None:
@@ -209,7 +223,8 @@ def summed(curves_of: list[list[Curve]], evaluate) -> list[tuple[np.ndarray, np.
     return [(parts[0].x, sum(np.broadcast_to(c.of(evaluate), (len(c.x), 3)) for c in parts)) for parts in curves_of]
 
 
-def values(services: Services, slot: str, key, make: Callable[[], list[list[Curve]]], part: int = 1 << 10):
+def values(services: Services, slot: str, key, make: Callable[[], list[list[Curve]]], part: int = 1 << 10,
+           patient: bool = False):
     """(reference, shader), each a list of (x, values) or None: the reference's by the worker, which also makes the
     points; the shader's `part` lists of curves a frame."""
     shelf = Shelf.of(services)
@@ -218,7 +233,7 @@ def values(services: Services, slot: str, key, make: Callable[[], list[list[Curv
         made = make()
         return made, summed(made, services.evaluate_reference)
 
-    known = shelf.get(services, f"{slot} reference", key, reference)
+    known = shelf.get(services, f"{slot} reference", key, reference, patient=patient)
     if known is None:
         return None, None
     made_key, (made, told) = known
@@ -265,7 +280,7 @@ def _albedo_series(state: State, services: Services) -> list[Series]:
             return [[curves.albedo(lobe.function, lobe.values, np.array([a])) for lobe in material]
                     for a in ALBEDO_ANGLES]
 
-        told, got = values(services, f"albedo {m}", _key(material), make, ALBEDO_PART)
+        told, got = values(services, f"albedo {m}", _key(material), make, ALBEDO_PART, patient=True)
         for is_reference, lists in ((True, told), (False, got)):
             if lists and (plots.reference or not is_reference):
                 y = channel(plots, np.concatenate([rows for _, rows in lists]))
