@@ -60,6 +60,16 @@ def test_a_narrow_white_lobe_reflects_everything(alpha):
     assert 1 - 2 * alpha**2 * np.log(1 / alpha) < albedo.min() <= albedo.max() < 1 + QUADRATURE
 
 
+def test_an_albedo_is_of_the_plane_at_its_azimuth():
+    """Turned by a right angle, the widths change their places."""
+    def albedo(x, y, azimuth):
+        values = {"rs": (1.0,) * 3, "alphaX": (x,), "alphaY": (y,)}
+        return reference(curves.albedo(one("lobe_Ward"), values, np.radians([60.0]), azimuth))[0, 0]
+
+    assert albedo(0.2, 0.6, 0.0) == pytest.approx(albedo(0.6, 0.2, np.pi / 2), rel=1e-4)
+    assert albedo(0.2, 0.6, 0.0) != pytest.approx(albedo(0.6, 0.2, 0.0), rel=0.05)
+
+
 def test_a_quadrature_takes_few_nodes_and_closes_the_furnace():
     """White GGX and its multiple bounces give back everything."""
     values, angles = {"f0": (1.0,) * 3, "alpha": (0.5,)}, np.radians([10.0, 60.0])
@@ -127,6 +137,14 @@ def test_the_shader_lies_on_the_reference(shade):
 
 
 # --- plausibility -----------------------------------------------------------------------------------------------------
+
+
+def test_a_legend_stands_where_no_curve_begins():
+    from imgui_bundle import implot
+
+    high, low = (plots.Series("", np.zeros(2), np.array([y, 1.0]), plots.PALETTE[0], 0, False) for y in (0.9, 0.04))
+    assert plots._free([high], 1.0) == implot.Location_.south_west
+    assert plots._free([low], 1.0) == implot.Location_.north_west
 
 
 def test_what_is_plausible():

@@ -114,23 +114,24 @@ def _pieces(centre: float, low: float, high: float, count: int, width: float) ->
     return np.concatenate([side(low, below + 1)[:0:-1], upper]) if below else upper
 
 
-def albedo(function: Function, values: Values, angles: np.ndarray, count: int = 48) -> Curve:
+def albedo(function: Function, values: Values, angles: np.ndarray, azimuth: float = 0.0) -> Curve:
     """Directional albedo over the angle of the view, radians: f times N.L, integrated over lights."""
-    frames, weights = over_lights([function], angles, count)
+    frames, weights = over_lights([function], angles, np.full(len(angles), azimuth))
 
     def integrate(f):
         return np.einsum("vl,vlk->vk", weights, f.reshape(*weights.shape, -1))
     return Curve(function, np.asarray(angles), columns(function, values, *frames), integrate)
 
 
-def over_lights(functions: list[Function], angles: np.ndarray, count: int = 48):
-    """Frames [views * lights, 3] and weights [views, lights], with N.L, to integrate functions over lights.
+def over_lights(functions: list[Function], angles: np.ndarray, azimuths: np.ndarray, count: int = 48):
+    """Frames [views * lights, 3] and weights [views, lights], with N.L, to integrate functions over lights; the views
+    are at angles from N and azimuths from T.
 
     A reference that integrates takes a fraction of a millisecond a point; what it integrates is smooth: fewer nodes.
     """
     slow = any(compare.is_quadrature(f) for f in functions)
     rule = {"count": count // 6, "width": 0.3} if slow else {"count": count}
-    rules = [lights(min(max(view, 1e-4), HORIZON), **rule) for view in angles]
+    rules = [lights(min(max(view, 1e-4), HORIZON), azimuth, **rule) for view, azimuth in zip(angles, azimuths)]
     return [np.concatenate(vectors) for vectors in zip(*(frame for frame, _ in rules))], np.stack([w for _, w in rules])
 
 
@@ -143,7 +144,7 @@ def lights(view: float, azimuth: float = 0.0, count: int = 48, width: float = 1e
     phi, phi_weight = quadrature.joined(*pieces)
     weight = np.outer(theta_weight * np.sin(theta) * np.cos(theta), phi_weight).ravel()
     L = quadrature.spherical(theta[:, None], phi)
-    return quadrature.framed(quadrature.spherical(view, 0.0), L, azimuth), weight
+    return quadrature.framed(quadrature.spherical(view, 0.0), L, -azimuth), weight
 
 
 # --- terms ------------------------------------------------------------------------------------------------------------

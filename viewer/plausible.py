@@ -22,6 +22,7 @@ PAIRS = 1 << 11
 SEED = 11
 RECIPROCAL = 1e-6  # relative; what differs by less is rounding of the narrowest lobes
 VIEWS = np.radians([0.5, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 89.0])
+AZIMUTHS = 10 * VIEWS  # so that none of an anisotropic lobe's symmetries is favoured
 FINE, COARSE = 48, 42  # nodes of the quadrature, and of one that tells how far it can be trusted
 
 
@@ -80,7 +81,7 @@ def measure(material: Material, evaluate: Evaluate = curves.reference_values) ->
 
 def _albedos(material: Material, count: int, evaluate: Evaluate) -> np.ndarray:
     """[views, 3]"""
-    frames, weights = curves.over_lights([f for f, _ in material], VIEWS, count)
+    frames, weights = curves.over_lights([f for f, _ in material], VIEWS, AZIMUTHS, count)
     return np.einsum("vl,vlk->vk", weights, total(material, frames, evaluate).reshape(*weights.shape, 3))
 
 
@@ -95,7 +96,7 @@ def asymmetry(material: Material, evaluate: Evaluate = curves.reference_values) 
 
 def loss(A: Material, B: Material, evaluate: Evaluate = curves.reference_values) -> Loss:
     """From A to B."""
-    frames, weights = curves.over_lights([f for f, _ in A + B], VIEWS)
+    frames, weights = curves.over_lights([f for f, _ in A + B], VIEWS, AZIMUTHS)
     a, b = (total(m, frames, evaluate).reshape(*weights.shape, 3) for m in (A, B))
     sent = np.sum(weights * curves.luminance(a), 1)
     moved = np.sum(weights * abs(curves.luminance(a - b)), 1) / np.maximum(sent, 1e-30)

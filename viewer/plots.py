@@ -30,7 +30,6 @@ NARROW, WIDE = 11.5, 26.5  # em: the column of controls; a plot that is worth an
 
 # Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
 PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35))
-GREY = (0.6, 0.6, 0.6)
 
 
 @dataclass(frozen=True)
@@ -274,17 +273,18 @@ def _plane_series(state: State, services: Services) -> list[Series]:
 
 
 def _albedo_series(state: State, services: Services) -> list[Series]:
-    plots, found = state.plots, []
+    plots, found, azimuth = state.plots, [], np.radians(state.plots.azimuth)
     for m, (name, material) in enumerate(materials(state)):
         def make(material=material):
-            return [[curves.albedo(lobe.function, lobe.values, np.array([a])) for lobe in material]
+            return [[curves.albedo(lobe.function, lobe.values, np.array([a]), azimuth) for lobe in material]
                     for a in ALBEDO_ANGLES]
 
-        told, got = values(services, f"albedo {m}", _key(material), make, ALBEDO_PART, patient=True)
+        told, got = values(services, f"albedo {m}", _key(material, azimuth), make, ALBEDO_PART, patient=True)
         for is_reference, lists in ((True, told), (False, got)):
             if lists and (plots.reference or not is_reference):
                 y = channel(plots, np.concatenate([rows for _, rows in lists]))
-                found.append(Series(f"{name} {_name(material)}", ALBEDO_ANGLES, y, PALETTE[m], m, is_reference))
+                label = f"{name} {_name(material)}{', dashed' if m else ''}"
+                found.append(Series(label, ALBEDO_ANGLES, y, PALETTE[m], m, is_reference))
     return found
 
 
@@ -308,9 +308,10 @@ def _term_series(state: State, services: Services, letter: str) -> list[Series]:
                 if lists is None or (is_reference and not plots.reference):
                     continue
                 for i, (x, rows) in enumerate(lists):
-                    angle = "" if single else f" {angles[i]:.0f}°" if i < len(angles) else ""
-                    found.append(Series(f"{name} {choices.short(term)}{angle}", x, channel(plots, rows),
-                                        PALETTE[(m if single else i) % len(PALETTE)], m, is_reference))
+                    label = f"{name} {choices.short(term)}{', dashed' if m else ''}"
+                    label = f"##{label} {i}" if i else label  # one entry of the legend for all angles
+                    found.append(Series(label, x, channel(plots, rows), PALETTE[(m if single else i) % len(PALETTE)], m,
+                                        is_reference))
     return found
 
 
@@ -345,7 +346,7 @@ def line(series: Series, x: np.ndarray, y: np.ndarray, scale: float) -> None:
         x, y = dashes(x, y, scale, DASHES[min(series.line, len(DASHES)) - 1])
         spec.flags = implot.LineFlags_.segments
     # The legend shows the shader's line alone.
-    label = f"##{series.label} reference" if series.is_reference else series.label
+    label = f"##{series.label} broad" if series.is_reference else series.label
     implot.plot_line(label, np.ascontiguousarray(x, float), np.ascontiguousarray(y, float), spec)
 
 
@@ -416,10 +417,16 @@ def _albedo(state: State, services: Services, size: imgui.ImVec2) -> None:
     series = _albedo_series(state, services)
     top = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
     _angles("##albedo", series, size, "angle of the view", "albedo", False, (0.0, 90.0), (0.0, 1.05 * max(top, 1.0)),
-            mark=1.0)
+            mark=1.0, legend=_free(series, max(top, 1.0)))
 
 
-_LEGEND = {"F": implot.Location_.north_west, "D": implot.Location_.north_east, "G": implot.Location_.south}
+_LEGEND = {"D": implot.Location_.north_east, "G": implot.Location_.south}  # where their curves are not
+
+
+def _free(series: list[Series], high: float) -> implot.Location_:
+    """The corner on the left that curves, which begin there, leave free."""
+    begins = max((float(s.y[0]) for s in series), default=0.0)
+    return implot.Location_.south_west if begins > 0.55 * high else implot.Location_.north_west
 
 
 def _term(letter: str):
@@ -434,7 +441,8 @@ def _term(letter: str):
         limits = None if letter == "D" else (0.0, max(1.05, 1.05 * top))
         about = {"F": "angle of incidence", "D": "tilt of the facet", "G": "angle of the view"}[letter]
         _angles(f"##{letter}", series, size, about, "D [1/sr]" if letter == "D" else letter,
-                letter == "D" and state.plots.logarithmic, (left, 90.0), limits, legend=_LEGEND[letter])
+                letter == "D" and state.plots.logarithmic, (left, 90.0), limits,
+                legend=_LEGEND[letter] if letter in _LEGEND else _free(series, top))
     return draw_term
 
 
