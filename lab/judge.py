@@ -38,6 +38,9 @@ class Judge:
         """(name, passed) of each check, those that see most first."""
         yield from self.points(context)
         yield "finite and not negative", not policy.unkept(self.function, context, self._shader.source).any()
+        hostile = {name: x[None] for name, x in policy.hostile(self.function).items()}
+        for inputs in (self._near.inputs, hostile):
+            yield "no NaN on the way", not policy.repaired(self.function, context, self._shader.source, inputs).any()
         for rule in self._rules:
             yield rule.name, bool((policy.errors(rule, self._shader, context) <= 1).all())
         shade = physics.Shades(context, self._source)

@@ -51,7 +51,7 @@ def summary(results: list[dict]) -> str:
 
 def _kind(check: str) -> str:
     """What a check that kills is one of."""
-    if check in ("points", "near singular sets", "finite and not negative", "documented error"):
+    if check in ("points", "near singular sets", "finite and not negative", "no NaN on the way", "documented error"):
         return {"points": "points over the domain", "documented error": "the error that docs/stability.md states"}.get(check, check)
     if check.startswith(("points of ", "near singular sets of ", "documented error of ")):
         return "values of a caller"

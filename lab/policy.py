@@ -143,6 +143,25 @@ def unkept(function: Function, context: gl.Context, source: str) -> np.ndarray:
     return ~(np.isfinite(got) & ((got >= 0) | function.returns_directions)).all(-1)
 
 
+def propagating(source: str) -> str:
+    """A text of functions with min, max and clamp that hand a NaN on. Those of GLSL may turn it into a number, and do on most
+    drivers, so that a NaN that such a guard repairs shows only where a compiler has deleted the guard."""
+    vectors = ("vec2", "vec3", "vec4")
+    pairs = [("float", "float"), *((v, t) for v in vectors for t in (v, "float"))]
+    isnan = [f"bool lobe_isnan({t} x) {{ return {'isnan(x)' if t == 'float' else 'any(isnan(x))'}; }}" for t in ("float", *vectors)]
+    extrema = [f"{t} lobe_{f}({t} a, {u} b) {{ return lobe_isnan(a) || lobe_isnan(b) ? a + b : {f}(a, b); }}"
+               for f in ("min", "max") for t, u in pairs]
+    clamps = [f"{t} lobe_clamp({t} x, {u} a, {u} b) {{ return lobe_isnan(x) ? x : clamp(x, a, b); }}" for t, u in pairs]
+    whole = "int lobe_min(int a, int b) { return min(a, b); }"  # of the loop over lights
+    return "\n".join((*isnan, *extrema, *clamps, whole, *(f"#define {f} lobe_{f}" for f in ("min", "max", "clamp")), source))
+
+
+def repaired(function: Function, context: gl.Context, source: str, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    """Which rows of inputs [1, n, width] form a NaN on the way that min, max or clamp repairs, or are not finite, [n]."""
+    with context:
+        return ~np.isfinite(gl.evaluate(context, propagating(source), function.call, function.result, inputs)).all(-1)
+
+
 def errors(rule: Rule, shader: compare.Shader, context: gl.Context) -> np.ndarray:
     """Error over what is allowed, [n]; infinite where 0 is due and something else comes."""
     asked = {name: x[None] for name, x in rule.asked.items()}

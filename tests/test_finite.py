@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from lobe.lab import catalogue, gl, policy
+from lobe.lab import bundle, catalogue, compare, gl, policy, stability
 
 LIBRARY = catalogue.load()
+POINTS = 1 << 12
+
+
+@pytest.fixture(scope="module")
+def egl():
+    return gl.create_context("egl")
 
 
 @pytest.mark.parametrize("function", [f for f in LIBRARY.functions if f.name.startswith("lobe_D_") and f.parameter("H")],
@@ -22,3 +28,22 @@ def test_finite_and_not_negative(function, context):
     bad = policy.unkept(function, gl.create_context(context), LIBRARY.text)
     assert not bad.any(), f"{int(bad.sum())} of {len(bad)}, first: " + str(
         {name: values[int(bad.argmax())].tolist() for name, values in policy.hostile(function).items()})
+
+
+@pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
+def test_no_guard_repairs_a_nan(function, egl):
+    """A compiler may assume that there is none, and delete the guard."""
+    text = bundle.bundle(LIBRARY, [function.key])
+    near = stability.random_case(function, 256 if compare.is_quadrature(function) else POINTS, stability.SEED).inputs
+    hostile = {name: x[None] for name, x in policy.hostile(function).items()}
+    for inputs in (near, hostile):
+        bad = policy.repaired(function, egl, text, inputs)
+        assert not bad.any(), {name: x[0, int(bad.argmax())].tolist() for name, x in inputs.items()}
+
+
+def test_a_repaired_nan_is_found(egl):
+    (function,) = LIBRARY.find("lobe_F_dielectric(float,float)")
+    text = LIBRARY.text.replace("sqrt(max(m + c * c, 0.0))", "sqrt(m + c * c)")
+    inputs = {name: np.float32(x).reshape(1, 1, 1) for name, x in (("cosI", 0.1), ("eta", 0.5))}
+    assert text != LIBRARY.text and policy.repaired(function, egl, text, inputs).all()
+    assert not policy.repaired(function, egl, LIBRARY.text, inputs).any()
