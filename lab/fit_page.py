@@ -14,26 +14,20 @@ import numpy as np
 
 from lobe import reference
 
-from . import figures, files, he_torrance, lafortune, pictures, plots, quadrature, samples, spectra
+from . import figures, files, lafortune, pictures, plots, quadrature, samples
 from .lafortune import Lobes
 from .paths import DATA, ROOT
+from .simulated import ALUMINIUM, aluminium
 
 PAGE, FIGURES = ROOT / "docs" / "fits.md", ROOT / "docs" / "figures"
 RESULTS = ROOT / "benchmarks" / "results" / "fits.json"
 MATERIALS = DATA / "lafortune_fits.json"
-NM, SIGMA0, TAU = 500, 0.28, 1.77  # um; what is often quoted for the roughened aluminium of He et al. 1991
 SHOWN, BEYOND = (0, 30, 60), 75  # degrees: what Lafortune's figure shows, and what it does not
 TOLD = (0, 15, 30, 45, 60, 70, 75, 80)
 VIEWS = (0, 30, 60, 75, 80, 85)
 LABELS = {"all": "three lobes, fitted to all directions",
           "three": f"fitted to {', '.join(f'{v}°' for v in SHOWN)} only"}
 LAFORTUNE3 = f"lobe_Lafortune3({','.join(['vec3'] * 17)})"
-
-
-def aluminium(V: np.ndarray, L: np.ndarray) -> np.ndarray:
-    """f [n, 1] of the roughened aluminium, by He and Torrance's model and measured n and k."""
-    n, k = spectra.sampled(DATA / "ior" / "Al_McPeak.csv")
-    return he_torrance.reflectance(V, L, complex(n[NM - 380], k[NM - 380]), SIGMA0, TAU, NM / 1000)[:, None]
 
 
 @cache
@@ -117,9 +111,9 @@ has many local minima: of {lafortune.DRAWS} random starts the best {lafortune.ST
 ## A roughened metal
 
 Lafortune et al. 1997 show (figure 11) that three lobes follow a roughened aluminium at 0°, 30° and 60° of incidence.
-The measurement here is simulated, too: He, Torrance, Sillion, Greenberg 1991 at {NM} nm with the measured n and k of
-aluminium, σ₀ = {SIGMA0} µm, τ = {TAU} µm (values often quoted for their sample;
-[he_torrance.py](../lab/he_torrance.py)).
+The measurement here is simulated, too: He, Torrance, Sillion, Greenberg 1991 at {ALUMINIUM['nm']} nm with the
+measured n and k of aluminium, σ₀ = {ALUMINIUM['sigma0']} µm, τ = {ALUMINIUM['tau']} µm (values often quoted for
+their sample; [he_torrance.py](../lab/he_torrance.py)).
 
 ![Simulated aluminium and two fits, polar](figures/fit-aluminium.svg)
 
@@ -163,8 +157,12 @@ Albedo by angle of view, the largest of the three channels, by quadrature. The f
 gives back {widest[0]:.2f} times what it gets at {widest[2]}°: in direct light it passes, bounced between two walls it
 shines. It is isotropic, Cx = Cy, so that the brush's direction, if it had one, is lost, too. *Fitted again* is the
 residual of our fit to samples of theirs, the worst channel: clay's and skin's have a Cz beyond the range of the header
-(to −2.7: a lobe cut off, not a bright one).
+(to {_least_Cz():.1f}: a lobe cut off, not a bright one).
 """
+
+
+def _least_Cz() -> float:
+    return min(lobes.C[:, 2].min() for channels in published().values() for lobes in channels)
 
 
 def _largest(found: dict):

@@ -92,8 +92,8 @@ def literal(x: float) -> str:
 
 
 def albedo(f: Callable[[np.ndarray, np.ndarray], np.ndarray], view: float) -> np.ndarray:
-    """The integral of f NdotL over lights, for a view at an angle along T. Gaussian nodes over the angle, even ones over
-    the azimuth: for lobes of any direction, which no mirror direction tells."""
+    """The integral of f NdotL over lights, for a view at an angle along T. Gaussian nodes over the angle, even ones
+    over the azimuth: for lobes of any direction, which no mirror direction tells."""
     x, w = np.polynomial.legendre.leggauss(160)
     theta, phi = (x + 1) * np.pi / 4, np.arange(320) * np.pi / 160
     L = quadrature.spherical(theta[:, None], phi)

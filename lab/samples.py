@@ -95,8 +95,8 @@ def spherical(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 def read(path: Path) -> Samples:
     """Samples of a CSV table with the columns of HEADER, in any order; theta_i and phi_i of the light, theta_o and
-    phi_o of the view; theta from the normal, phi from T towards B. A column `weight` tells the solid angle that each row
-    stands for, 1 where there is none; other columns are ignored. InputError names the line at fault."""
+    phi_o of the view; theta from the normal, phi from T towards B. A column `weight` tells the solid angle that each
+    row stands for, 1 where there is none; other columns are ignored. InputError names the line at fault."""
     text = files.read_bytes(path).decode("utf-8-sig", errors="replace")
     try:
         reader = csv.DictReader(text.splitlines(), skipinitialspace=True)

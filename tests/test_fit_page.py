@@ -22,7 +22,7 @@ class TestHeTorrance:
     @pytest.mark.parametrize("sigma0, tau", [(0.1, 2.0), (0.1, 5.0), (0.18, 3.0)])
     @pytest.mark.parametrize("view", [0, 45])
     def test_a_perfect_mirror_loses_nothing(self, sigma0, tau, view):
-        """What is scattered and what is mirrored, exp(-g) of the unshadowed, add up to 1; nearer grazing some is lost."""
+        """What is scattered and what is mirrored, exp(-g) of the unshadowed, add up to 1; less nearer grazing."""
         (_, _, V, L), weight = quadrature.lights(np.radians(view), 60, 48)
         scattered = weight @ he_torrance.reflectance(V, L, None, sigma0, tau, 0.5)
         c = np.cos(np.radians([view]))
