@@ -142,9 +142,19 @@ def test_the_shader_lies_on_the_reference(shade):
 def test_a_legend_stands_where_no_curve_begins():
     from imgui_bundle import implot
 
-    high, low = (plots.Series("", np.zeros(2), np.array([y, 1.0]), plots.PALETTE[0], 0, False) for y in (0.9, 0.04))
+    high, low = (plots.Series("", np.zeros(2), np.array([y, 1.0]), plots.PALETTE[0], 0, False, None)
+                 for y in (0.9, 0.04))
     assert plots._free([high], 1.0) == implot.Location_.south_west
     assert plots._free([low], 1.0) == implot.Location_.north_west
+
+
+def test_how_far_curves_are_apart():
+    def of(y, is_reference, key):
+        return plots.Series("f", np.zeros(2), np.array(y), plots.PALETTE[0], 0, is_reference, key)
+
+    series = [of([1.0, 4.0], True, "new"), of([1.0, 4.1], False, "new"), of([9.0, 2.0, 3.0], False, "of a moment ago")]
+    assert plots.apart(series) == pytest.approx(0.1 / 4)
+    assert plots.apart(series[1:]) is None
 
 
 def test_what_is_plausible():
@@ -446,16 +456,17 @@ def test_each_plot_draws_what_was_computed(viewer, monkeypatch):
     state = viewer.state
     state.sides = {"A": [states.default_lobe("lobe_GGX_aniso"), states.default_lobe("lobe_Lambert")],
                    "B": [states.default_lobe("lobe_Beckmann")]}
-    state.plots.both, state.plots.pins = True, [[states.default_lobe("lobe_Ward")]]
+    state.plots.both, state.plots.pins = True, [[states.default_lobe("lobe_Ward")]] * plots.MOST_PINS
     for kind in plots.KINDS:
         state.plots.kind = kind
         for state.plots.logarithmic in (False, True):
             frames(viewer, 1)
     for kind in ("lobe", "F", "D", "G", "albedo"):
         state.plots.kind = kind
-        settle(viewer, ["plausible", "loss", *(["albedo 2 shader 0"] if kind == "albedo" else [])])
+        settle(viewer, ["plausible", "loss", *(["albedo 5 shader 0"] if kind == "albedo" else [])])
     drawn = plots._albedo_series(state, viewer.services)
-    assert [(s.line, s.is_reference) for s in drawn] == [(m, told) for m in range(3) for told in (True, False)]
+    lines = range(2 + plots.MOST_PINS)
+    assert [(s.line, s.is_reference) for s in drawn] == [(m, told) for m in lines for told in (True, False)]
     assert drawn[1].y == pytest.approx(drawn[0].y, rel=1e-3)
     state.plots = states.Plots()
 

@@ -9,7 +9,7 @@ from collections import deque
 from pathlib import Path
 
 import numpy as np
-from imgui_bundle import imgui, implot
+from imgui_bundle import imgui, implot, implot3d
 
 from ..lab import catalogue, files, gl, scene_schema
 from ..lab.errors import InputError
@@ -45,6 +45,7 @@ class App:
         require_float_targets(self.gl)
         imgui.set_current_context(imgui.create_context())
         implot.create_context()
+        implot3d.create_context()
         io = imgui.get_io()
         io.set_ini_filename("")
         io.config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
@@ -126,6 +127,7 @@ class App:
         self.services.stop()
         for thing in (*self.pictures.values(), self._geometry, self.renderer):
             thing.release()
+        implot3d.destroy_context()
         implot.destroy_context()
         imgui.destroy_context()
         self.window.release()

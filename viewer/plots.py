@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -22,7 +22,7 @@ DECADES = 4.0  # of a logarithmic plot below its largest value
 MOST_PINS = 4
 ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
 REST_SECONDS = 0.2  # after the last change, before what takes long begins
-ALBEDO_PART = 4  # angles whose shader values one frame computes
+ALBEDO_PART = 2  # angles whose shader values one frame computes
 POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
 RINGS, SPOKES = 40, 72
 DASHES = (240, 120, 80, 56, 40)  # ends of dashes along a line, of what the edited side is compared with
@@ -43,6 +43,7 @@ class Series:
     color: tuple[float, float, float]
     line: int
     is_reference: bool
+    key: Hashable  # of what it was computed
 
 
 class Shelf:
@@ -60,8 +61,8 @@ class Shelf:
 
     def get(self, services: Services, slot: str, key, work: Callable[[], object], opengl: bool = False,
             patient: bool = False):
-        """(key, value) of the newest that is ready, or None. What is `patient` begins when its key has been the same for
-        a while: during a drag it would keep what is quick waiting."""
+        """(key, value) of the newest that is ready, or None. What is `patient` begins when its key has been the same
+        for a while: during a drag it would keep what is quick waiting."""
         if patient and not self._rests(slot, key):
             return self.values.get(slot)
 
@@ -89,17 +90,19 @@ def draw(state: State, services: Services) -> None:
     controls = NARROW * imgui.get_font_size()
     width = (size.x - controls) / len(shown) - spacing.x
     clear = imgui.ImVec4(0.0, 0.0, 0.0, 0.0)
-    if implot3d.get_current_context() is None:
-        implot3d.create_context()
     implot.push_style_color(implot.Col_.frame_bg, clear)
     implot3d.push_style_color(implot3d.Col_.frame_bg, clear)
+    drawn: list[Series] = []
     for kind in shown:
-        _DRAWN[kind](state, services, imgui.ImVec2(width, size.y))
+        drawn += _DRAWN[kind](state, services, imgui.ImVec2(width, size.y))
         imgui.same_line()
     implot3d.pop_style_color()
     implot.pop_style_color()
     if imgui.begin_child("controls", (0, size.y), imgui.ChildFlags_.nav_flattened):
         _controls(state, services, shown)
+        if (error := apart(drawn)) is not None:
+            imgui.text_disabled(f"apart by {error:.1g}")
+            imgui.set_item_tooltip("The largest |shader - reference| of the curves, over the largest value of each")
     imgui.end_child()
 
 
@@ -164,6 +167,14 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
         del plots.pins[removed]
 
 
+def apart(series: list[Series]) -> float | None:
+    """The largest difference of shader and reference, over the largest value of its curve; None where not both are
+    there."""
+    told = {(s.label, s.key): s.y for s in series if s.is_reference}
+    pairs = [(s.y, told[s.label, s.key]) for s in series if not s.is_reference and (s.label, s.key) in told]
+    return max((float(abs(y - exact).max() / max(abs(exact).max(), 1e-300)) for y, exact in pairs), default=None)
+
+
 def _incidences(plots: Plots) -> None:
     """The angles of the light, each in the colour of its curve."""
     changed = list(plots.incidences)
@@ -223,9 +234,9 @@ def summed(curves_of: list[list[Curve]], evaluate) -> list[tuple[np.ndarray, np.
 
 
 def values(services: Services, slot: str, key, make: Callable[[], list[list[Curve]]], part: int = 1 << 10,
-           patient: bool = False):
-    """(reference, shader), each a list of (x, values) or None: the reference's by the worker, which also makes the
-    points; the shader's `part` lists of curves a frame."""
+           patient: bool = False) -> list[tuple[bool, Hashable, list[tuple[np.ndarray, np.ndarray]]]]:
+    """(whether it is the reference's, the key it is of, a list of (x, values)) of what is ready: the reference's by the
+    worker, which also makes the points; the shader's `part` lists of curves a frame."""
     shelf = Shelf.of(services)
 
     def reference():
@@ -234,15 +245,17 @@ def values(services: Services, slot: str, key, make: Callable[[], list[list[Curv
 
     known = shelf.get(services, f"{slot} reference", key, reference, patient=patient)
     if known is None:
-        return None, None
+        return []
     made_key, (made, told) = known
-    found = []
+    found, keys = [], set()
     for i in range(0, len(made), part):
         some = made[i : i + part]
         got = shelf.get(services, f"{slot} shader {i}", made_key,
                         lambda some=some: summed(some, services.evaluate_glsl), opengl=True)
         found += got[1] if got else []
-    return told, found if len(found) == len(made) else None
+        keys |= {got[0]} if got else set()
+    whole = len(found) == len(made) and len(keys) == 1
+    return [(True, made_key, told)] + ([(False, keys.pop(), found)] if whole else [])
 
 
 def _key(material: list[Lobe], *more):
@@ -262,14 +275,10 @@ def _plane_series(state: State, services: Services) -> list[Series]:
             return [[curves.in_incidence_plane(lobe.function, lobe.values, a, azimuth) for lobe in material]
                     for a in angles]
 
-        told, got = values(services, f"plane {m}", _key(material, plots.incidences, azimuth), make)
-        for is_reference, lists in ((True, told), (False, got)):
-            if lists is None or (is_reference and not plots.reference):
-                continue
-            for i, (x, rows) in enumerate(lists[: len(plots.incidences)]):
-                label = f"{name} {plots.incidences[i]:.0f}°"
-                found.append(Series(label, x, channel(plots, rows), PALETTE[i], m, is_reference))
-    return found
+        for is_reference, key, lists in values(services, f"plane {m}", _key(material, plots.incidences, azimuth), make):
+            found += [Series(f"{name} {angle:.0f}°", x, channel(plots, rows), PALETTE[i], m, is_reference, key)
+                      for i, (angle, (x, rows)) in enumerate(zip(plots.incidences, lists))]
+    return [s for s in found if plots.reference or not s.is_reference]
 
 
 def _albedo_series(state: State, services: Services) -> list[Series]:
@@ -279,13 +288,12 @@ def _albedo_series(state: State, services: Services) -> list[Series]:
             return [[curves.albedo(lobe.function, lobe.values, np.array([a]), azimuth) for lobe in material]
                     for a in ALBEDO_ANGLES]
 
-        told, got = values(services, f"albedo {m}", _key(material, azimuth), make, ALBEDO_PART, patient=True)
-        for is_reference, lists in ((True, told), (False, got)):
-            if lists and (plots.reference or not is_reference):
-                y = channel(plots, np.concatenate([rows for _, rows in lists]))
-                label = f"{name} {_name(material)}{', dashed' if m else ''}"
-                found.append(Series(label, ALBEDO_ANGLES, y, PALETTE[m], m, is_reference))
-    return found
+        label = f"{name} {_name(material)}{', dashed' if m else ''}"
+        for is_reference, key, lists in values(services, f"albedo {m}", _key(material, azimuth), make, ALBEDO_PART,
+                                               patient=True):
+            y = channel(plots, np.concatenate([rows for _, rows in lists]))
+            found.append(Series(label, ALBEDO_ANGLES, y, PALETTE[m % len(PALETTE)], m, is_reference, key))
+    return [s for s in found if plots.reference or not s.is_reference]
 
 
 def _term_series(state: State, services: Services, letter: str) -> list[Series]:
@@ -303,16 +311,14 @@ def _term_series(state: State, services: Services, letter: str) -> list[Series]:
             def make(term=term, given=given, single=single):
                 return [[curves.term(term, given, np.radians(a), azimuth)] for a in (angles[:1] if single else angles)]
 
-            told, got = values(services, f"{letter} {m} {lobe.key}", (term.key, repr(given), angles, azimuth), make)
-            for is_reference, lists in ((True, told), (False, got)):
-                if lists is None or (is_reference and not plots.reference):
-                    continue
+            label = f"{name} {choices.short(term)}{', dashed' if m else ''}"
+            asked = term.key, repr(given), angles, azimuth
+            for is_reference, key, lists in values(services, f"{letter} {m} {lobe.key}", asked, make):
                 for i, (x, rows) in enumerate(lists):
-                    label = f"{name} {choices.short(term)}{', dashed' if m else ''}"
-                    label = f"##{label} {i}" if i else label  # one entry of the legend for all angles
-                    found.append(Series(label, x, channel(plots, rows), PALETTE[(m if single else i) % len(PALETTE)], m,
-                                        is_reference))
-    return found
+                    shown = f"##{label} {i}" if i else label  # one entry of the legend for all angles
+                    color = PALETTE[(m if single else i) % len(PALETTE)]
+                    found.append(Series(shown, x, channel(plots, rows), color, m, is_reference, key))
+    return [s for s in found if plots.reference or not s.is_reference]
 
 
 def own_term(services: Services, lobe: Function, letter: str) -> Function | None:
@@ -366,7 +372,7 @@ def radius(f: np.ndarray, largest: float, logarithmic: bool) -> np.ndarray:
     return np.maximum(1.0 + np.log10(np.maximum(share, 1e-300)) / DECADES, 0.0) if logarithmic else share
 
 
-def _polar(state: State, services: Services, size: imgui.ImVec2) -> None:
+def _polar(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     plots, series = state.plots, _plane_series(state, services)
     largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
     pad = 0.2 * imgui.get_font_size()
@@ -389,6 +395,7 @@ def _polar(state: State, services: Services, size: imgui.ImVec2) -> None:
             implot.plot_line(f"##light {i}", -np.sin(angle) * ends, np.cos(angle) * ends, spec)
         implot.end_plot()
     implot.pop_style_var()
+    return series
 
 
 def _polar_grid(plots: Plots, largest: float) -> None:
@@ -407,17 +414,19 @@ def _polar_grid(plots: Plots, largest: float) -> None:
     implot.plot_text("light", -0.75, 0.5 * POLAR_BOTTOM)
 
 
-def _over_angle(state: State, services: Services, size: imgui.ImVec2) -> None:
+def _over_angle(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     series = _plane_series(state, services)
     _angles("##angle", series, size, "angle of the view", "f [1/sr]", state.plots.logarithmic, (-90.0, 90.0),
             legend=None)
+    return series
 
 
-def _albedo(state: State, services: Services, size: imgui.ImVec2) -> None:
+def _albedo(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     series = _albedo_series(state, services)
     top = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
     _angles("##albedo", series, size, "angle of the view", "albedo", False, (0.0, 90.0), (0.0, 1.05 * max(top, 1.0)),
             mark=1.0, legend=_free(series, max(top, 1.0)))
+    return series
 
 
 _LEGEND = {"D": implot.Location_.north_east, "G": implot.Location_.south}  # where their curves are not
@@ -430,12 +439,13 @@ def _free(series: list[Series], high: float) -> implot.Location_:
 
 
 def _term(letter: str):
-    def draw_term(state: State, services: Services, size: imgui.ImVec2) -> None:
+    def draw_term(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
         series = _term_series(state, services, letter)
         if not series:
             named = ", ".join(choices.short(lobe.function) for lobe in state.sides[state.side])
             what = {"F": "no Fresnel term F", "D": "no distribution D", "G": "no masking G"}[letter]
-            return _empty(f"{named} has {what} of its own in the library.", size)
+            _empty(f"{named} has {what} of its own in the library.", size)
+            return []
         left = -90.0 if any(s.x[0] < 0 for s in series) else 0.0
         top = max(float(s.y.max(initial=0.0)) for s in series)
         limits = None if letter == "D" else (0.0, max(1.05, 1.05 * top))
@@ -443,6 +453,7 @@ def _term(letter: str):
         _angles(f"##{letter}", series, size, about, "D [1/sr]" if letter == "D" else letter,
                 letter == "D" and state.plots.logarithmic, (left, 90.0), limits,
                 legend=_LEGEND[letter] if letter in _LEGEND else _free(series, top))
+        return series
     return draw_term
 
 
@@ -472,7 +483,7 @@ def _angles(title: str, series: list[Series], size: imgui.ImVec2, x_label: str, 
     implot.end_plot()
 
 
-def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
+def _solid(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     """The lobe over the hemisphere, for a light at the last of the angles."""
     plots, material = state.plots, state.sides[state.side]
     angle, azimuth = np.radians(plots.incidences[-1]), np.radians(plots.azimuth)
@@ -481,18 +492,17 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
         return [[curves.over_hemisphere(lobe.function, lobe.values, angle, azimuth, RINGS, SPOKES)
                  for lobe in material]]
 
-    told, got = values(services, "solid", _key(material, angle, azimuth), make)
+    ready = values(services, "solid", _key(material, angle, azimuth), make)
     flags = implot3d.Flags_.no_legend | implot3d.Flags_.no_title | implot3d.Flags_.no_menus
     if not implot3d.begin_plot("##solid", size, flags):
-        return
+        return []
     bare = implot3d.AxisFlags_.no_tick_labels | implot3d.AxisFlags_.no_tick_marks
     implot3d.setup_axes("T", "B", "N", bare, bare, bare)
     implot3d.setup_axes_limits(-1.0, 1.0, -1.0, 1.0, 0.0, 1.0, implot3d.Cond_.always)
     scale = min(1.75, 0.85 * size.x / max(size.y, 1.0))  # whole, in narrow plots too
     implot3d.setup_box_scale(scale, scale, scale / 2)
-    chosen = got or told
-    if chosen:
-        f = channel(plots, chosen[0][1])
+    if ready:
+        f = channel(plots, ready[-1][2][0][1])
         r = radius(f, float(f.max()), plots.logarithmic)
         directions = curves.grid(angle, azimuth, RINGS, SPOKES).reshape(-1, 3)
         surface = np.ascontiguousarray((r[:, None] * directions).T.astype(np.float32))
@@ -506,6 +516,7 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> None:
     implot3d.plot_line("light", *ray, implot3d.Spec(line_color=color, line_weight=2.0))
     implot3d.plot_text(f"light {plots.incidences[-1]:.0f}°", *towards)
     implot3d.end_plot()
+    return []
 
 
 _DRAWN = {"lobe": _polar, "angle": _over_angle, "solid": _solid, "albedo": _albedo} | {x: _term(x) for x in "FDG"}
