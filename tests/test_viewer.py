@@ -437,6 +437,7 @@ def save_all(app, hand, folder, against):
     app.state.environment = states.Environment(states.probes()["studio"], 30.0)
     camera.orbit(app.state, 0.3, 0.1)
     app.state.mode, app.state.divider = "difference", 0.25
+    app.state.plots = states.Plots("angle", False, False, (10.0, 45.0), 90.0, "red", True, [[states.default_lobe("lobe_Phong")]])
     frames(app)
     if against == "reference":
         until(app, lambda: app.services.job.done and app.pictures["A"].whole)
