@@ -31,7 +31,8 @@ def main() -> None:
     options = parser.parse_args()
     server = None if os.environ.get("DISPLAY") else xvfb()
     try:
-        results = {"schema": 1, "machine": {"processor": processor(), "cores": os.cpu_count()}, "start": start()}
+        results = {"schema": 1, "machine": {"processor": processor(), "cores": os.cpu_count(),
+                                            "load": os.getloadavg()[0]}, "start": start()}
         results |= measured(options)
     finally:
         if server:
@@ -102,16 +103,20 @@ def resize(app) -> None:
 
 
 def orbit(app, count: int) -> dict:
-    """Frame times while the camera turns, and how often a picture of full size was drawn in them."""
+    """Frame times while the camera turns, and in which share of the frames the picture had all its pixels."""
     from lobe.viewer import camera
 
+    whole = []
+
     def turn():
+        whole.append(app.pictures["A"].whole)  # of the frame before
         camera.orbit(app.state, 0.01, 0.0)
 
     for _ in range(30):
         turn()
         app.frame()
-    return times(app, lambda i: i < count, turn) | {"picture_ms": 1e3 * app.pictures["A"].seconds}
+    return times(app, lambda i: i < count, turn) | {"picture_ms": 1e3 * app.pictures["A"].seconds,
+                                                         "full_size": float(np.mean(whole[-count:]))}
 
 
 def still(app, seconds: float) -> dict:
@@ -126,7 +131,9 @@ def times(app, more, step) -> dict:
     taken, began = [], time.perf_counter()
     while more(len(taken)):
         step()
-        app.step()
+        time.sleep(max(began + 1 / 60 - time.perf_counter(), 0.0))  # as a display would have it
+        app.window.poll(0.0)
+        app.frame()
         now = time.perf_counter()
         taken.append(now - began)
         began = now

@@ -167,10 +167,12 @@ class Catalogue:
 
     files: tuple[File, ...]
     _by_name: dict[str, tuple[Function, ...]] = field(init=False, repr=False, default_factory=dict)
+    _by_key: dict[str, tuple[Function]] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self):
         for f in self.functions:
             self._by_name[f.name] = self._by_name.get(f.name, ()) + (f,)
+            self._by_key[f.key] = (f,)
 
     @cached_property
     def functions(self) -> tuple[Function, ...]:
@@ -194,7 +196,7 @@ class Catalogue:
 
     def find(self, name: str) -> tuple[Function, ...]:
         """The overloads of a name, or the one function of a key. InputError where there is none."""
-        found = self._by_name.get(name) or tuple(f for f in self.functions if f.key == name.replace(" ", ""))
+        found = self._by_name.get(name) or self._by_key.get(name.replace(" ", ""))
         if not found:
             raise InputError(f"unknown function '{name}': expected one of {', '.join(self._by_name)}")
         return found

@@ -13,7 +13,7 @@ from window_session import ALT, SHIFT, Display, Session, frames, until
 from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.viewer import app as app_
-from lobe.viewer import camera, picture, state as states, truth
+from lobe.viewer import camera, picture, plots, state as states, truth
 from lobe.viewer.state import MODES
 
 SIZE = (800, 560)
@@ -462,6 +462,10 @@ def test_sessions_and_pictures_are_saved(viewer, tmp_path, against):
     scene = scene_files.load(tmp_path / "s.toml")
     assert scene.lights == ["point", "directional", "environment"], "the reference renders it, too"
     assert scene.film["width"] == size[0]
+
+
+def test_sessions_know_every_plot():
+    assert tuple(plots.KINDS) == states.PLOTS
 
 
 # Shaders that break.

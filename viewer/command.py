@@ -10,6 +10,7 @@ from ..lab import files
 from ..lab.errors import InputError
 from . import state as states
 
+SWITCH_SECONDS = 5e-4  # of Python's threads: a frame should not wait for those in the background
 MOST_FRAMES = 2000  # of a screenshot that waits for the reference
 
 
@@ -51,6 +52,7 @@ def start(state, size: tuple[int, int], offscreen: bool, density: float = 1.0):
     """The viewer in a window, or in none."""
     from . import app, window
 
+    sys.setswitchinterval(SWITCH_SECONDS)
     if offscreen:
         return app.App(window.Offscreen(*size, density=density), state)
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):

@@ -28,7 +28,7 @@ class Thing:
 def thing(state: State) -> Thing:
     """The object of a state. InputError where its file is none of a mesh."""
     file = scenes.SHAPES.get(state.object) or (None if state.object in ("sphere", "plane") else Path(state.object))
-    stamp = file.stat().st_mtime_ns if file and file.exists() else 0
+    stamp = _stamp(file) if file else 0
     placement = tuple(sorted((PLACEMENT | state.placement).items())) if state.placement else ()
     return _thing(state.object, file, stamp, placement)
 
@@ -75,15 +75,32 @@ def rays(state: State) -> Rays:
 
 def environment_lights(environment: Environment) -> tuple[np.ndarray, np.ndarray]:
     """Directions towards a probe's light, turned as it is, and the irradiance facing each."""
-    towards, irradiance = probes.lights(environment_pixels(environment.file), scenes.DIRECTIONS)
+    towards, irradiance = _environment_lights(environment.file, _stamp(environment.file))
     angle = np.radians(environment.rotation)
     c, s = np.cos(angle), np.sin(angle)
     return towards @ np.array([(c, 0, s), (0, 1, 0), (-s, 0, c)]).T, irradiance * environment.scale
 
 
+@lru_cache(maxsize=2)
+def _environment_lights(file: Path, stamp: int) -> tuple[np.ndarray, np.ndarray]:
+    return probes.lights(_environment_pixels(file, stamp), scenes.DIRECTIONS)
+
+
 def environment_pixels(file: Path) -> np.ndarray:
     """Radiance [h, w, 3]. InputError for what is no latitude-longitude picture."""
-    return _environment_pixels(file, file.stat().st_mtime_ns if file.exists() else 0)
+    return _environment_pixels(file, _stamp(file))
+
+
+_stamps: dict[Path, int] = {}
+
+
+def _stamp(file: Path) -> int:
+    """When a file was written last; once it has been removed, as it was: what was read of it stays."""
+    try:
+        _stamps[file] = file.stat().st_mtime_ns
+    except OSError:
+        pass
+    return _stamps.get(file, 0)
 
 
 @lru_cache(maxsize=2)

@@ -154,6 +154,11 @@ class Services:
             self._finish(*self._gl_work.pop(0))
         return bool(self._gl_work)
 
+    @property
+    def idle(self) -> bool:
+        """Whether nothing that was asked for is still being computed."""
+        return not self._gl_work and all(slot.fresh or slot.asked_key is None for slot in self._slots.values())
+
     def images(self) -> tuple[Hashable, np.ndarray, np.ndarray] | None:
         """(key, A, other) of the newest pictures [h, w, 4] float32 that belong together and are complete, row 0 on top:
         of the shader, and of what it is held against, which key[0] names as state.against does; alpha is 1 where both

@@ -16,6 +16,7 @@ TONES = ("sRGB", "filmic", "Reinhard")
 AGAINST = ("reference", "B")  # what lobe A is held against
 REFERENCES = ("direct", "traced")
 SIDES = ("A", "B")
+PLOTS = ("lobe", "angle", "solid", "F", "D", "G", "albedo")  # what plots.KINDS calls them
 CHANNELS = {"luminance": (0.2126, 0.7152, 0.0722), "red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0),
             "blue": (0.0, 0.0, 1.0)}  # of linear sRGB, as the plots can show them
 MOST_INCIDENCES = 5
@@ -157,7 +158,7 @@ _VIEW = (
     Key("reference", Choice(REFERENCES), "what the reference renders", "direct"),
     Key("tone", Choice(TONES), "tone curve of the display", "sRGB"),
     Key("scale", Number(1e-12, 1e6), "the difference that has full colour", 1e-6),
-    Key("plot", Text(), "what is plotted", "lobe"),
+    Key("plot", Choice(PLOTS), "what is plotted", "lobe"),
     Key("logarithmic", Flag(), "whether the plot is logarithmic", True),
     Key("curves", Flag(), "whether the reference is plotted", True),
     Key("incidences", List(Number(0.0, 89.9)), "angles of the light in the plots", [0.0, 30.0, 60.0], "degrees"),

@@ -17,7 +17,7 @@ from .state import State
 
 NICE = 19
 PASS_SECONDS = 0.2  # of one call into the tracer, after which a change is noticed
-STRIP_VALUES = 1 << 16  # pixels times lights that are computed at once
+STRIP_VALUES = 1 << 17  # pixels times lights that are computed at once
 MOST_SAMPLES = 1 << 14
 GOOD_ENOUGH = 1e-3  # standard error over the mean at which a traced picture is done
 COARSE = 4  # pixels of the first look, along each side
@@ -163,10 +163,10 @@ def _fill(job: Job, scene, camera, image: np.ndarray, publish, cancelled) -> boo
         mask = traced["object"] >= 0
         N, T, V = (traced[name][mask] for name in "NTV")
         total = np.zeros((len(N), 3))
-        for L, E in zip(traced["L"], traced["E"]):
-            total += objects.reference_value(job.state.sides["A"], N, T, V, L[mask]) * E[mask]
-            if cancelled():
-                return False
+        if len(N):
+            L, E = (traced[name][:, mask] for name in "LE")
+            f = objects.reference_value(job.state.sides["A"], *(np.tile(x, (len(L), 1)) for x in (N, T, V)), L.reshape(-1, 3))
+            total = np.einsum("lni,lni->ni", f.reshape(E.shape), E)
         strip = np.zeros((rows, width, 4), np.float32)
         strip[..., 3] = coverage(traced)
         strip[mask, :3] = total

@@ -1,0 +1,88 @@
+"""The pictures of docs/viewer.md and README, of the window itself: python -m lobe.viewer.figures [NAME...]."""
+
+from __future__ import annotations
+
+import io
+import sys
+import time
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from ..lab import files
+from ..lab.paths import ROOT
+from . import command
+from . import state as states
+from .numbers_panel import Flip
+from .state import Environment, Light, Lobe, Plots
+
+FIGURES = ROOT / "docs" / "figures"
+SIZE, LATER, SECONDS = (1280, 720), 40, 120
+COLOURS = 256
+
+
+def split():
+    """Gold between shader and reference, a pixel pointed at."""
+    return replace(states.initial(), environment=Environment(states.probes()["studio"], 150.0), exposure=-1.6), (0.32, 0.55)
+
+
+def difference():
+    """What rounding does to a full Oren-Nayar, and its lobe."""
+    sides = {"A": [Lobe(states.default_lobe("lobe_OrenNayar").key, {"albedo": (0.6, 0.4, 0.3), "sigma": (0.5,)})],
+             "B": [states.default_lobe("lobe_OrenNayar_EON")]}
+    lights = [Light("directional", (-0.5, 0.5, 0.9), (3.0, 3.0, 3.0))]
+    plots = Plots("solid", logarithmic=False)
+    return replace(states.initial(), object="suzanne", sides=sides, lights=lights, mode="difference", scale=4e-7,
+                   plots=plots), None
+
+
+def lobes():
+    """What a cheaper lobe loses: GGX against GGX_fast."""
+    return replace(states.initial(), against="B", mode="difference", scale=0.05,
+                   plots=Plots("angle", both=True)), None
+
+
+def traced():
+    """Paths with shadows and interreflection beside the shader."""
+    sides = {s: [Lobe(states.default_lobe("lobe_Lambert").key, {"albedo": (0.75, 0.45, 0.35)})] for s in states.SIDES}
+    return replace(states.initial(), object="bunny", reference="traced", sides=sides, exposure=1.0,
+                   plots=Plots("albedo")), None
+
+
+ALL = {f.__name__: f for f in (split, difference, lobes, traced)}
+
+
+def draw(name: str) -> None:
+    """Draws the window until everything in it is there."""
+    state, pointed = ALL[name]()
+    app = command.start(state, SIZE, offscreen=True)
+    app.services.reframe = True
+    app.frame()
+    app.services.notices.clear()
+    if pointed:
+        x, y, width, height = app.picture_rect
+        imgui.get_io().add_mouse_pos_event(x + pointed[0] * width, y + pointed[1] * height)
+    end = time.monotonic() + SECONDS
+    while time.monotonic() < end and not (command.settled(app) and app.services.idle and (
+            state.against == "B" or Flip.of(app.services).value is not None)):
+        app.frame()
+        time.sleep(0.02)
+    for _ in range(LATER):
+        app.frame()
+        time.sleep(0.02)
+    write(f"viewer-{name}.png", app.screenshot())
+    app.release()
+
+
+def write(name: str, shown) -> None:
+    """A PNG of few colours, which is a third as large."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(shown).quantize(COLOURS, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
+    files.write_bytes(FIGURES / name, buffer.getvalue())
+
+
+if __name__ == "__main__":
+    for chosen in sys.argv[1:] or ALL:
+        draw(chosen)
