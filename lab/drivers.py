@@ -1,5 +1,5 @@
-"""Other drivers than this process can have: each OpenGL of Mesa's in a process of its own, since it reads only once from
-the environment what to be, and WebGL 2 in a browser without a window.
+"""Other drivers than this process can have: each OpenGL of Mesa's in a process of its own, since it reads only once
+from the environment what to be, and WebGL 2 in a browser without a window.
 
     python -m lobe.lab.drivers NAME
 
@@ -21,7 +21,6 @@ import threading
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -42,10 +41,12 @@ def _lavapipe() -> dict[str, str]:
     if not manifests:
         raise InputError("no lavapipe: install the package mesa-vulkan-drivers")
     found = ":".join(map(str, manifests))
-    return {"GALLIUM_DRIVER": "zink", "MESA_LOADER_DRIVER_OVERRIDE": "zink", "VK_ICD_FILENAMES": found, "VK_DRIVER_FILES": found}
+    return {"GALLIUM_DRIVER": "zink", "MESA_LOADER_DRIVER_OVERRIDE": "zink", "VK_ICD_FILENAMES": found,
+            "VK_DRIVER_FILES": found}
 
 
-CHILDREN = {"softpipe": (_softpipe, "softpipe"), "lavapipe": (_lavapipe, "zink")}  # environment, and what it must say it is
+# The environment of each, and what it must call itself.
+CHILDREN = {"softpipe": (_softpipe, "softpipe"), "lavapipe": (_lavapipe, "zink")}
 NAMES = (*gl.CONTEXTS, *CHILDREN, "swiftshader")
 
 
@@ -82,7 +83,7 @@ class Treated(gl.Context):
 
     @staticmethod
     def of(context: gl.Context, treatment: Callable[[str], str]) -> Treated:
-        return Treated(context.name, context.gl, context.renderer, context.version, context, lru_cache(64)(treatment))
+        return Treated(context.name, context.gl, context.renderer, context.version, context, treatment)
 
     def __enter__(self):
         self.context.__enter__()
@@ -181,7 +182,8 @@ function texture(width, height, texels) {
     const t = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, t);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, texels);
-    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+        gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
     return t;
 }
 let known = null, program = null;

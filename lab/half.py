@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import geometry, gl, treatments
+from . import bundle, geometry, gl, plots, treatments
 from .catalogue import Catalogue, Function
 
 WIDTHS = 10.0 ** np.linspace(-4, 0, 25)  # of the highlight, as GGX's alpha
@@ -46,7 +46,12 @@ def least(good: np.ndarray) -> float:
     return float(WIDTHS[lasting.argmax()]) if lasting.any() else NEVER
 
 
-TREATMENTS = ("stored", "inputs", "arithmetic", "flushed")
+LABELS = {"stored": "result in half", "inputs": "inputs in half", "arithmetic": "all in half",
+          "flushed": "all in half, flushed"}
+TREATMENTS = tuple(LABELS)
+DRAWN = {"lobe_D_GGX(float,float)": "GGX: D of a cosine", "lobe_D_GGX(vec3,vec3,float)": "GGX: D of vectors",
+         "lobe_V_GGX": "GGX: V of cosines", "lobe_GGX": "whole GGX lobe"}
+SHOWN, SIZE = (1e-4, 2.0), (12.6, 3.2)
 
 
 def is_width(name: str) -> bool:
@@ -103,19 +108,19 @@ def _frames(rng: np.random.Generator, a: np.ndarray) -> tuple[np.ndarray, ...]:
 def costs(library: Catalogue, function: Function, context: gl.Context) -> dict[str, Cost]:
     """By treatment: `stored`, the result alone in half; `inputs`, all of them in half and arithmetic in float32; an
     input's name, that one alone; `arithmetic`, all in half; `flushed`, that with numbers below 2^-14 flushed to 0."""
-    inputs = usual(function)
+    inputs, text = usual(function), bundle.bundle(library, [function.key])
 
     def shaded(source: str, values: dict) -> np.ndarray:
         with context:
             return gl.evaluate(context, source, function.call, function.result, {n: x[None] for n, x in values.items()})
 
-    exact = shaded(library.text, inputs)
+    exact = shaded(text, inputs)
     halves = {name: treatments.halved(x) for name, x in inputs.items()}
-    values = {"stored": treatments.halved(exact), "inputs": shaded(library.text, halves),
-              "arithmetic": shaded(treatments.half(library.text), halves),
-              "flushed": treatments.halved(shaded(treatments.half(library.text, True),
+    values = {"stored": treatments.halved(exact), "inputs": shaded(text, halves),
+              "arithmetic": shaded(treatments.half(text), halves),
+              "flushed": treatments.halved(shaded(treatments.half(text, True),
                                                   {n: treatments.halved(x, True) for n, x in inputs.items()}), True)}
-    values |= {name: shaded(library.text, inputs | {name: halves[name]}) for name in inputs}
+    values |= {name: shaded(text, inputs | {name: halves[name]}) for name in inputs}
     return {name: _cost(function, got.astype(float), exact.astype(float)) for name, got in values.items()}
 
 
@@ -134,9 +139,9 @@ def _cost(function: Function, got: np.ndarray, exact: np.ndarray) -> Cost:
 
 
 def row(library: Catalogue, function: Function, context: gl.Context) -> dict:
-    """What precision.json holds of a function: errors of each treatment; the least alpha for which it is of use, and from
-    which all values are finite; and the inputs that must be highp, with the alpha from which on half does. A function
-    without a width has no least alpha: all is said of broad highlights."""
+    """What precision.json holds of a function: errors of each treatment; the least alpha for which it is of use, and
+    from which all values are finite; and the inputs that must be highp, with the alpha from which on half does. A
+    function without a width has no least alpha: all is said of broad highlights."""
     found = costs(library, function, context)
     wide = any(is_width(p.name) for p in function.parameters)
 
@@ -144,8 +149,25 @@ def row(library: Catalogue, function: Function, context: gl.Context) -> dict:
         return least(good) if wide else WIDTHS[0] if good[BROAD].all() else NEVER
 
     needs = {p.name: limit(found[p.name].p99 <= UNSEEN) for p in function.parameters}
-    return {"width": wide,
+    return {"width": wide, "inputs": [p.name for p in function.parameters],
             "error": {name: found[name].error for name in TREATMENTS},
             "least": {name: limit(found[name].p99 <= USABLE) for name in TREATMENTS},
             "finite": {name: limit(found[name].finite) for name in TREATMENTS},
-            "highp": {name: width for name, width in needs.items() if width > WIDTHS[0]}}
+            "highp": {name: width for name, width in needs.items() if width > WIDTHS[0]}
+            } | ({"curves": {name: found[name].p99 for name in TREATMENTS}} if library.label(function) in DRAWN else {})
+
+
+def draw(figure, rows: dict[str, dict]) -> None:
+    """The error over alpha of the functions in DRAWN; crosses at the top where more than 1 % is NaN or infinite."""
+    names = [name for name in DRAWN if name in rows]
+    panels = figure.subplots(1, len(names), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, name in zip(panels, names):
+        for treatment, colour in zip(TREATMENTS, (plots.GREEN, plots.BLUE, plots.ORANGE, plots.PURPLE)):
+            error = np.array([np.inf if x is None else x for x in rows[name]["curves"][treatment]], float)
+            lost = ~np.isfinite(error)
+            axes.plot(WIDTHS, np.where(lost, np.nan, np.clip(error, *SHOWN)), color=colour, label=LABELS[treatment])
+            axes.plot(WIDTHS[lost], np.full(lost.sum(), 0.8 * SHOWN[1]), "x", color=colour)
+        axes.axhline(USABLE, color=plots.GREY, linewidth=1, linestyle=":")
+        plots.style(axes, DRAWN[name], xscale="log", yscale="log", ylim=SHOWN, xlabel="alpha")
+    panels[0].set_ylabel("relative error, 99th percentile")
+    panels[0].legend(fontsize=7, frameon=False, loc="lower left")

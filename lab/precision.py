@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import bundle, catalogue, compare, drivers, files, gl, half, stability, treatments
+from . import bundle, catalogue, compare, drivers, files, gl, half, plots, stability, treatments
 from .catalogue import Catalogue, Function
 from .errors import InputError
 from .paths import ROOT
@@ -127,12 +127,13 @@ SUSPECT = 8  # units of a built-in function that spoil those that call it
 
 
 def builtin_units(context: gl.Context, builtin: Builtin) -> float:
-    """The largest error of a driver's built-in function, in the units that functions of the library are held to; infinite
-    where 0 is due and something else comes."""
-    columns = {name: x.astype(np.float32) for name, x in builtin.inputs(np.random.default_rng(SEED), BUILTIN_POINTS).items()}
+    """The largest error of a driver's built-in function, in the units that functions of the library are held to;
+    infinite where 0 is due and something else comes."""
+    drawn = builtin.inputs(np.random.default_rng(SEED), BUILTIN_POINTS)
+    inputs = {name: x.astype(np.float32)[None, :, None] for name, x in drawn.items()}
     with context:
-        got = gl.evaluate(context, "", builtin.call, "float", {name: x[None, :, None] for name, x in columns.items()})[:, 0]
-    value, kappa = builtin.exact(*(x.astype(float) for x in columns.values()))
+        got = gl.evaluate(context, "", builtin.call, "float", inputs)[:, 0]
+    value, kappa = builtin.exact(*(x[0, :, 0].astype(float) for x in inputs.values()))
     expected = compare.Values(value, compare.FLOAT32_ROUNDOFF * (1 + kappa) * abs(value), kappa)
     return float(compare.units_of(got.astype(float), expected).max())
 
@@ -150,8 +151,8 @@ SUITES = tuple(suite for suite in stability.SUITES if suite != "off unit")  # th
 
 def measured(library: Catalogue, functions: tuple[Function, ...], points: int, suites: tuple[str, ...] = SUITES,
              on_step: Callable[[str, int, int], None] = lambda name, done, of: None) -> tuple[Outcome, dict]:
-    """Runs the stability suite on all columns, and measures built-in functions and half precision: what the suite found,
-    and what precision.json holds."""
+    """Runs the stability suite on all columns, and measures built-in functions and half precision: what the suite
+    found, and what precision.json holds."""
     columns, missing = matrix()
     outcome = stability.run(library, functions, columns, points, tuple(s for s in suites if s in SUITES), on_step)
     plain = {d.name: d.context for d in columns if d.name in drivers.NAMES}
@@ -175,18 +176,27 @@ def summary(library: Catalogue, functions: tuple[Function, ...], outcome: Outcom
             function = worst.setdefault(row["function"], {})
             function[name] = max(function.get(name, 0.0), row["worst"])
     known = {library.label(f): f for f in library.functions}
-    failures = [{key: row[key] for key in ("function", "context", "suite", "check", "worst")} | {"builtins": sorted(
-        b for b in used_builtins(library, known[row["function"]])
-        if builtins[b].get(row["context"].partition(",")[0], 0.0) > SUSPECT)}
-        for row in outcome.rows if not row["pass"]]
+    failures = [{key: row[key] for key in ("function", "context", "suite", "check", "worst")}
+                | {"builtins": _guilty(library, known[row["function"]], row["context"].partition(",")[0], builtins)}
+                for row in outcome.rows if not row["pass"]]
     return {"date": datetime.date.today().isoformat(), "points": points,
-            "columns": {d.name: {"renderer": d.context.renderer, "version": d.context.version, "checks": len(rows[d.name]),
-                                 "values": sum(r["count"] for r in rows[d.name]),
-                                 "functions": len({r["function"] for r in rows[d.name]}),
-                                 "failing": sorted({r["function"] for r in rows[d.name] if not r["pass"]}),
-                                 "worst": max((r["worst"] for r in rows[d.name] if r["pass"]), default=0.0)}
-                        for d in columns},
+            "columns": {d.name: _column(d, rows[d.name]) for d in columns},
             "missing": missing, "functions": worst, "failures": failures, "builtins": builtins}
+
+
+def _guilty(library: Catalogue, function: Function, driver: str, builtins: dict) -> list[str]:
+    """The driver's built-in functions that a function calls and that are out of tolerance themselves; none on those
+    drivers on which all must hold."""
+    if driver in gl.CONTEXTS:
+        return []
+    return sorted(b for b in used_builtins(library, function) if builtins[b].get(driver, 0.0) > SUSPECT)
+
+
+def _column(driver: Driver, rows: list[dict]) -> dict:
+    return {"renderer": driver.context.renderer, "version": driver.context.version, "checks": len(rows),
+            "values": sum(r["count"] for r in rows), "functions": len({r["function"] for r in rows}),
+            "failing": sorted({r["function"] for r in rows if not r["pass"]}),
+            "worst": max((r["worst"] for r in rows if r["pass"]), default=0.0)}
 
 
 def unexplained(found: dict) -> list[dict]:
@@ -204,23 +214,25 @@ RESULTS = ROOT / "benchmarks" / "results" / "precision.json"
 def report(found: dict) -> str:
     """For the terminal: a line for each column, then the failures, and what is missing."""
     header = ("column", "renderer", "functions", "checks", "values", "out of tolerance")
-    lines = [(name, c["renderer"][:48], str(c["functions"]), f"{c['checks']:,}", f"{c['values']:,}", str(len(c["failing"])))
-             for name, c in found["columns"].items()]
-    failures = [f"{f['function']} on {f['context']}: {f['suite']}, {f['check']}: {number(f['worst'])} of what is allowed; "
-                + (f"the driver's own {', '.join(f['builtins'])}" if f["builtins"] else "FAIL") for f in found["failures"]]
+    lines = [(name, c["renderer"][:48], str(c["functions"]), f"{c['checks']:,}", f"{c['values']:,}",
+              str(len(c["failing"]))) for name, c in found["columns"].items()]
+    failures = [f"{f['function']} on {f['context']}: {f['suite']}, {f['check']}: {number(f['worst'])} of what is "
+                "allowed; " + (f"the driver's own {', '.join(f['builtins'])}" if f["builtins"] else "FAIL")
+                for f in found["failures"]]
     left = [f"not run: {name}: {why}" for name, why in found["missing"].items()]
-    count = len(unexplained(found))
-    verdict = f"{count} FAIL" if count else "all within tolerance, but for what the drivers' own built-in functions spoil"
-    return "\n".join((*aligned([header, *lines], right=range(2, 6)), "", *failures, *left, verdict)).replace("∞", "inf")
+    count, spoilt = len(unexplained(found)), ", but for what the drivers' own built-in functions spoil"
+    verdict = f"{count} FAIL" if count else "all within tolerance" + (spoilt if failures else "")
+    table = aligned([header, *lines], right=range(2, 6))
+    return "\n".join((*table, "", *failures, *left, verdict)).replace("∞", "inf")
 
 
 def explained(found: dict) -> list[tuple[str, str, list[str], float]]:
-    """What fails by column: (column, built-in functions that do it, functions, the largest error over the allowed)."""
+    """What fails: (column, built-in functions that do it, functions, the largest error over the allowed)."""
     groups: dict[tuple, list[dict]] = {}
     for failure in found["failures"]:
         groups.setdefault((failure["context"], ", ".join(failure["builtins"])), []).append(failure)
-    return [(column, builtins, sorted({r["function"] for r in rows}),
-             max(np.inf if r["worst"] is None else r["worst"] for r in rows)) for (column, builtins), rows in groups.items()]
+    return [(*group, sorted({r["function"] for r in rows}),
+             max(np.inf if r["worst"] is None else r["worst"] for r in rows)) for group, rows in groups.items()]
 
 
 def width(x: float | None) -> str:
@@ -236,6 +248,18 @@ def needed(row: dict) -> str:
     return ", ".join(word(name, x) for name, x in row["highp"].items()) or "none"
 
 
+def halves(found: dict) -> dict[str, int]:
+    """How many functions half precision suits, at alpha from 0.1: below UNSEEN in each treatment, and of those that
+    take directions with the arithmetic in half."""
+    rows = found["half"]
+    counts = {t: sum(r["error"][t] is not None and r["error"][t] <= half.UNSEEN for r in rows.values())
+              for t in half.TREATMENTS}
+    directions = {name: r for name, r in rows.items() if {"N", "V", "L", "H", "T"} & set(r["inputs"])}
+    suited = sum(r["error"]["arithmetic"] is not None and r["error"]["arithmetic"] <= half.UNSEEN
+                 for r in directions.values())
+    return counts | {"all": len(rows), "directions": len(directions), "directions suited": suited}
+
+
 def ratio(x: float | None) -> str:
     return "" if x is None else f"{x:.2f}" if np.isfinite(x) else "∞"
 
@@ -245,6 +269,7 @@ def shown(found: dict) -> dict:
     cells = {name: [row[c] if c in row else 0.0 for c in found["columns"]] for name, row in found["functions"].items()}
     cells = {name: ["∞" if x is None else ratio(x) for x in row] for name, row in cells.items()}
     return {"p": found, "cells": cells, "explained": explained(found), "width": width, "needed": needed, "ratio": ratio,
+            "halves": halves(found),
             "suspect": SUSPECT, "usable": half.USABLE, "unseen": half.UNSEEN, "treatments": half.TREATMENTS,
             "drivers": [name for name in found["columns"] if name in drivers.NAMES]}
 
@@ -267,7 +292,9 @@ def main() -> None:
             _, found = measured(library, library.functions, asked.points, on_step=step)
         files.write_json(RESULTS, found)
         print(report(found))
-    files.write_text(PAGE, markdown(json.loads(RESULTS.read_text())))
+    found = json.loads(RESULTS.read_text())
+    plots.write_svg(FIGURE, lambda figure: half.draw(figure, found["half"]), half.SIZE)
+    files.write_text(PAGE, markdown(found))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import catalogue, files, gl, plots, precision, stability, stability_chart
+from . import catalogue, files, gl, half, plots, precision, stability, stability_chart
 from .paths import ROOT
 from .report import aligned, environment, number
 from .stability import Map, Outcome
@@ -181,14 +181,26 @@ def write(outcome: Outcome, curves: list, out: Path, points: int, matrix: dict |
         if error_map.critical is not None:
             maps.setdefault(label, []).append((driver, _uri(_figure_of(error_map)), error_map.safe()))
     worst = {row["function"]: row for row in outcome.rows if row["suite"] == "random"}
+    excused = {(f["function"], f["context"]) for f in (matrix or {}).get("failures", []) if f["builtins"]}
+    out_of_tolerance = [row for row in outcome.rows if not row["pass"]]
+    failing = [row for row in out_of_tolerance if (row["function"], row["context"]) not in excused]
     page = Path(out) / "stability.html"
     files.write_text(page, environment().get_template("stability.html.j2").render(
-        **precision.shown(files.plain(matrix)) if matrix else {},
-        outcome=outcome, verdicts=verdicts(outcome.rows), maps=maps, worst=worst, curves=curves, points=points,
+        **_matrix(matrix) if matrix else {},
+        failing=failing, excused=len(out_of_tolerance) - len(failing), outcome=outcome,
+        verdicts=verdicts(outcome.rows), maps=maps, worst=worst, curves=curves, points=points,
         chart=_uri(plots.drawn(lambda f: stability_chart.draw(f, curves), stability_chart.SIZE)) if curves else "",
         losses=losses(outcome.rows), fractions=FRACTIONS, fraction=_fraction, safe_error=stability.SAFE,
         families=[r for r in outcome.rows if r["suite"] == "cases"], date=datetime.datetime.now().astimezone()))
     return page
+
+
+def _matrix(found: dict) -> dict:
+    """What the page shows of the precision matrix."""
+    found = files.plain(found)
+    curves = any("curves" in row for row in found["half"].values())
+    picture = _uri(plots.drawn(lambda figure: half.draw(figure, found["half"]), half.SIZE)) if curves else ""
+    return precision.shown(found) | {"half_picture": picture}
 
 
 def losses(rows: list[dict]) -> list[dict]:

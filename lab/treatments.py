@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +51,7 @@ def precise(source: str) -> str:
 # --- an optimiser ----------------------------------------------------------------------------------------------------
 
 
+@lru_cache(4096)  # three columns ask for the same
 def optimised(fragment: str) -> str:
     """A whole fragment shader of `gl.evaluate`, through SPIR-V and its optimiser, and back."""
     with tempfile.TemporaryDirectory() as folder:
@@ -89,7 +90,9 @@ float lobe_half_length(vec2 a) { return lobe_half(sqrt(lobe_half_dot(a, a))); }
 float lobe_half_length(vec3 a) { return lobe_half(sqrt(lobe_half_dot(a, a))); }
 vec2 lobe_half_normalize(vec2 a) { return lobe_half(a * lobe_half(inversesqrt(lobe_half_dot(a, a)))); }
 vec3 lobe_half_normalize(vec3 a) { return lobe_half(a * lobe_half(inversesqrt(lobe_half_dot(a, a)))); }
-float lobe_half_mix(float a, float b, float t) { return lobe_half(lobe_half(a * lobe_half(1.0 - t)) + lobe_half(b * t)); }
+float lobe_half_mix(float a, float b, float t) {
+    return lobe_half(lobe_half(a * lobe_half(1.0 - t)) + lobe_half(b * t));
+}
 vec2 lobe_half_mix(vec2 a, vec2 b, vec2 t) { return lobe_half(lobe_half(a * lobe_half(1.0 - t)) + lobe_half(b * t)); }
 vec2 lobe_half_mix(vec2 a, vec2 b, float t) { return lobe_half_mix(a, b, vec2(t)); }
 vec3 lobe_half_mix(vec3 a, vec3 b, vec3 t) { return lobe_half(lobe_half(a * lobe_half(1.0 - t)) + lobe_half(b * t)); }
@@ -137,7 +140,7 @@ def halved(x: np.ndarray, flush: bool = False) -> np.ndarray:
 
 def _literal(x: float, flush: bool) -> str:
     h = float(halved(np.float32(x), flush))
-    return "uintBitsToFloat(0x7f800000u)" if np.isinf(h) else f"{h!r}" if "e" in f"{h!r}" or "." in f"{h!r}" else f"{h!r}.0"
+    return "uintBitsToFloat(0x7f800000u)" if np.isinf(h) else repr(h)
 
 
 # --- syntax trees ----------------------------------------------------------------------------------------------------
@@ -157,7 +160,8 @@ def _parser():
 
 
 def _edited(source: str, rewritten: Callable) -> str:
-    """The source with each node replaced by `rewritten(node, its text with all in it replaced, that of a node in it)`."""
+    """The source with each node replaced by `rewritten(node, its text with all in it replaced, inner)`; `inner` gives
+    that text of a node in it."""
     code = source.encode()
     tree = _parser().parse(code)
     if tree.root_node.has_error:
