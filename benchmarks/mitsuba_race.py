@@ -37,13 +37,14 @@ SAMPLER = "multijitter"  # Mitsuba's best on these scenes: at 1024 samples its e
 class Lobe:
     """The reference's renderer on a pair's scene."""
 
-    def __init__(self, pair, size: int):
-        self.size, self.depth = size, pair.depth
+    def __init__(self, pair, size: int, adaptive: bool = True):
+        self.size, self.depth, self.adaptive = size, pair.depth, adaptive
         self.scene, self.camera = pair.lobe()
 
     def start(self, seed: int):
         return reference.Render(self.scene, self.camera, self.size, self.size, depth=self.depth, roulette=ROULETTE,
-                                seed=seed, variance=False)  # neither estimates its error on the way
+                                seed=seed, variance=False,  # neither estimates its error on the way
+                                adaptive=self.adaptive)
 
     def picture(self, samples: int, seed: int) -> np.ndarray:
         render = self.start(seed)

@@ -25,7 +25,8 @@ STRIP = 8 * exr.BLOCK_ROWS  # rows that are traced and written at once
 PASS_SECONDS = 0.5  # how long one call into the tracer should take, so that budgets and interrupts are noticed
 SAVE_SECONDS = 60.0  # between checkpoints; a slow disk gets more time
 FIRST_SAVE_SECONDS = 5.0  # before the first of them
-FILM_BYTES = 2 * 3 * 8  # of a pixel: sums of two halves of its samples
+FILM_BYTES = 2 * 3 * 8 + 4  # of a pixel: sums of two halves of its samples, their number
+SHARE_BYTES = 8 * 4 + 2 * 4  # of a pixel, where samples go to the noise: its evidence, what follows from it
 LAYER_BYTES = 3 * 8  # of a pixel, for each light
 COPIES = 2  # of the film: itself, and what is written or read of it
 MOST_SAMPLES = 1 << 24
@@ -56,6 +57,7 @@ class Settings:
     seed: int
     strategy: str
     layers: bool
+    adaptive: bool
 
 
 def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: str | None) -> Settings:
@@ -69,7 +71,7 @@ def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: st
         height = max(1, round(film["height"] * width / film["width"]))
     return Settings(width or film["width"], height, render["depth"], render["roulette"],
                     render["seed"] if seed is None else seed, strategy or render["strategy"],
-                    film["layers"] and len(scene.lights) > 1)
+                    film["layers"] and len(scene.lights) > 1, render["adaptive"])
 
 
 def budget(scene: SceneFile, spp: int | None, seconds: float | None, error: float | None) -> Budget:
@@ -94,13 +96,14 @@ class Rendering:
         self.checkpoint = out / f"{scene.name}.checkpoint"
         self.identity = f"{scene.identity}-{zlib.crc32(repr(settings).encode()):08x}"
         self.seconds = 0.0  # of rendering, all runs together
-        self.done = 0  # samples of the pixels that have most
+        self.done = 0  # samples of the pixels that have most; where they go to the noise, their mean
         self.target = 0.0  # the error at which tiles have been finished for good, 0 where none have
         require_memory(scene, settings)
         try:
             self.render = reference.Render(
                 scene.scene, scene.camera, settings.width, settings.height, depth=settings.depth,
-                roulette=settings.roulette, seed=settings.seed, strategy=settings.strategy, layers=settings.layers)
+                roulette=settings.roulette, seed=settings.seed, strategy=settings.strategy, layers=settings.layers,
+                adaptive=settings.adaptive)
         except (MemoryError, ValueError) as error:
             (scene.place / "film").fail(str(error) or "is too large for the memory")
 
@@ -135,8 +138,11 @@ class Rendering:
             self.save()
             raise
         if self.render.finished:  # within a pass, so that no pixel has all samples that were asked for
-            self.done = int(self.render.samples().max())
+            self.done = self._samples()
         self.save()
+
+    def _samples(self) -> int:
+        return self.render.turns if self.settings.adaptive else int(self.render.samples().max())
 
     def _is_spent(self, budget: Budget, elapsed: float) -> bool:
         return (self.render.finished or self.done >= (budget.spp or MOST_SAMPLES)
@@ -189,7 +195,7 @@ class Rendering:
             if damaged or not 0 <= self.seconds < math.inf:
                 raise ValueError
             self.render.restore(state)
-            if self.done != self.render.samples().max():
+            if self.done != self._samples():
                 raise ValueError
         except ValueError:
             raise InputError(f"{self.checkpoint}: is damaged or of another version; render without --resume to begin "
@@ -267,7 +273,7 @@ def stops() -> Iterator[list[int]]:
 
 def require_memory(scene: SceneFile, settings: Settings) -> None:
     """InputError where film and checkpoint would not fit into what memory is free."""
-    each = FILM_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
+    each = FILM_BYTES + settings.adaptive * SHARE_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
     needed, free = COPIES * each * settings.width * settings.height, free_memory()
     if needed > free:
         (scene.place / "film" / "width").fail(

@@ -396,6 +396,7 @@ def _schema() -> dict[str, Key]:
             Key("seed", Number(0, (1 << 53) - 1, whole=True), "of the random numbers", 0),
             Key("strategy", Choice(STRATEGIES), "how light is found: both ways combined, by the lights, "
                 "or by the lobes", "mis"),
+            Key("adaptive", Flag(), "noisier parts get more samples, spp on an average; without bias", False),
         )), "how it is rendered", {}),
         Key("environment", Table((
             Key("file", File(PICTURES), "a latitude-longitude OpenEXR picture, linear, its first row up", None),

@@ -1,6 +1,7 @@
 #include "fingerprint.h"
 #include "light.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -21,21 +22,10 @@ void check(const std::vector<float>& pixels, int width) {
     if (sum == 0) throw std::invalid_argument("environment: all of it is black, so that it gives no light");
 }
 
-// Halves the stretch [0, 1) of u at the first one's share of both weights, and says whether u is in the second half; u
-// becomes the place within its half.
-bool in_second(double first, double second, double& u) {
-    const double share = first / (first + second);
-    const bool beyond = u >= share;
-    u = std::min(beyond ? (u - share) / (1 - share) : u / share, 1 - 0x1p-53);
-    return beyond;
-}
-
 // The place of u under a density that goes linearly from one value to another.
 double between(double from, double to, double u) {
-    return u * (from + to) / (from + std::sqrt(std::lerp(from * from, to * to, u)));
+    return u * (from + to) / (from + std::sqrt(from * from * (1 - u) + to * to * u));
 }
-
-double sum(const std::array<float, 4>& block) { return double(block[0]) + block[1] + block[2] + block[3]; }
 
 }  // namespace
 
@@ -43,36 +33,53 @@ Environment::Environment(std::vector<float> pixels, int width, int height, doubl
     : pixels_(std::move(pixels)), width_(width), height_(height), cos_(std::cos(rotation_degrees * PI / 180)),
       sin_(std::sin(rotation_degrees * PI / 180)) {
     check(pixels_, width_);
-    std::vector<double> above(width_ + 1), below(width_ + 1);
+    std::vector<double> light, above(width_ + 1), below(width_ + 1), sums;
     const auto read = [&](int y, std::vector<double>& row) {
         for (int x = 0; x <= width_; ++x) row[x] = luminance(at(x - 1, y));
     };
     read(-1, below);
-    levels_.emplace_back(width_, height_ + 1);
     for (int y = -1; y < height_; ++y) {
         std::swap(above, below);
         read(y + 1, below);
-        const double solid_angle = (angle(y + 1) - angle(y)) * mean_sin(y) * 2 * PI / width_;
+        const double begin = angle(y), end = angle(y + 1);
+        mean_sin_.push_back((std::cos(begin) - std::cos(end)) / (end - begin));
+        const double solid_angle = (end - begin) * mean_sin_.back() * 2 * PI / width_;
         for (int x = 0; x < width_; ++x)
-            levels_[0].at(x, y + 1) =
-                static_cast<float>((above[x] + above[x + 1] + below[x] + below[x + 1]) / 4 * solid_angle);
+            light.push_back((above[x] + above[x + 1] + below[x] + below[x + 1]) / 4 * solid_angle);
     }
-    while (levels_.back().light.size() > 1) {
-        const Level& fine = levels_.back();
-        Level coarse(fine.width, fine.height);
-        for (int y = 0; y < fine.height; ++y)
-            for (int x = 0; x < fine.width; ++x) coarse.at(x, y) = static_cast<float>(sum(fine.block(x, y)));
-        levels_.push_back(std::move(coarse));
+    columns_.emplace(std::move(light), width_, sums);
+    rows_.emplace(sums, height_ + 1, sums);
+    total_ = sums.front();
+}
+
+Environment::Choice::Choice(std::vector<double> weights, int count, std::vector<double>& sums)
+    : count_(count), steps_((count + STRIDE - 1) / STRIDE), up_to_(std::move(weights)) {
+    const std::size_t rows = up_to_.size() / count;
+    sums.assign(rows, 0);
+    guide_.reserve(rows * (steps_ + 1));
+    for (std::size_t row = 0; row < rows; ++row) {
+        double *const begin = up_to_.data() + row * count, *const end = begin + count;
+        for (double* p = begin; p != end; ++p) *p = sums[row] += *p;
+        if (sums[row] > 0)
+            for (double* p = begin; p != end; ++p) *p /= sums[row];
+        const double* p = begin;
+        for (int step = 0; step <= steps_; ++step) {
+            while (p != end - 1 && *p <= double(step) / steps_) ++p;
+            guide_.push_back(static_cast<std::uint32_t>(p - begin));
+        }
     }
-    total_ = sum(levels_.back().light[0]);
+}
+
+int Environment::Choice::draw(int row, double& u) const {
+    const double* const up_to = up_to_.data() + std::size_t(row) * count_;
+    const std::uint32_t* const guide = guide_.data() + std::size_t(row) * (steps_ + 1) + static_cast<int>(u * steps_);
+    const int chosen = static_cast<int>(std::upper_bound(up_to + guide[0], up_to + guide[1], u) - up_to);
+    const double before = chosen > 0 ? up_to[chosen - 1] : 0;
+    u = std::clamp((u - before) / (up_to[chosen] - before), 0.0, 1 - 0x1p-53);
+    return chosen;
 }
 
 double Environment::angle(int y) const { return std::clamp(y + 0.5, 0.0, double(height_)) * PI / height_; }
-
-double Environment::mean_sin(int y) const {
-    const double begin = angle(y), end = angle(y + 1);
-    return (std::cos(begin) - std::cos(end)) / (end - begin);
-}
 
 Vec3 Environment::at(int x, int y) const {
     const int row = std::clamp(y, 0, height_ - 1), column = x < 0 ? x + width_ : x >= width_ ? x - width_ : x;
@@ -91,7 +98,7 @@ Environment::Place Environment::place(const Vec3& L) const {
 
 // Proportional to the luminance, but that `sample` takes the sine for constant between two rows.
 double Environment::density(const Place& p, const Vec3& radiance) const {
-    return luminance(radiance) * mean_sin(p.y) / (std::max(p.sin, 1e-12) * total_);
+    return luminance(radiance) * mean_sin_[p.y + 1] / (std::max(p.sin, 1e-12) * total_);
 }
 
 std::pair<Vec3, double> Environment::seen(const Vec3& L) const {
@@ -102,28 +109,20 @@ std::pair<Vec3, double> Environment::seen(const Vec3& L) const {
     return {radiance, density(p, radiance)};
 }
 
-// Four centres by the light between them, and there a place by its luminance, which is bilinear. Blocks are halved again
-// and again, so that what is near in the unit square is near on the sphere: Clarberg et al., Wavelet importance
-// sampling, 2005, sec. 4.
+// Four centres by the light between them, and there a place by its luminance, which is bilinear.
 LightSample Environment::sample(const Vec3&, Vec2 u) const {
-    int x = 0, y = 0;
-    for (std::size_t i = levels_.size(); i-- > 0;) {
-        const std::array<float, 4>& light = levels_[i].block(x, y);
-        const bool below = in_second(double(light[0]) + light[1], double(light[2]) + light[3], u.y);
-        const bool beside = in_second(light[2 * below], light[2 * below + 1], u.x);
-        x = 2 * x + beside, y = 2 * y + below;
-    }
-    --x, --y;
+    const int row = rows_->draw(0, u.y), x = columns_->draw(row, u.x) - 1, y = row - 1;
     const Vec3 a = at(x, y), b = at(x + 1, y), c = at(x, y + 1), d = at(x + 1, y + 1);
     const double v = between(luminance(a + b), luminance(c + d), u.y);
     const Vec3 left = a * (1 - v) + c * v, right = b * (1 - v) + d * v;
     const double t = between(luminance(left), luminance(right), u.x);
     const Vec3 radiance = left * (1 - t) + right * t;
-    const double theta = std::lerp(angle(y), angle(y + 1), v), phi = ((x + 0.5 + t) / width_ - 0.5) * 2 * PI;
-    const double sin = std::sin(theta), px = sin * std::sin(phi), pz = -sin * std::cos(phi);
+    const double theta = angle(y) * (1 - v) + angle(y + 1) * v;
+    const Vec2 polar = on_circle(theta / (2 * PI)), around = on_circle((x + 0.5 + t) / width_ + 1);  // from +z on
+    const double sin = polar.y, px = -sin * around.y, pz = sin * around.x;
     const double p = density(Place{x, y, t, v, sin}, radiance);
     if (!(p > 0)) return {Vec3(0), 0, Vec3(0), 0};
-    const Vec3 L(cos_ * px + sin_ * pz, std::cos(theta), -sin_ * px + cos_ * pz);
+    const Vec3 L(cos_ * px + sin_ * pz, polar.x, -sin_ * px + cos_ * pz);
     return {L, std::numeric_limits<double>::infinity(), radiance / p, p};
 }
 

@@ -21,23 +21,25 @@ public:
 
     Film(int width, int height)
         : width(width), height(height), tiles_x((width + TILE - 1) / TILE), tiles_y((height + TILE - 1) / TILE),
-          sums_(std::size_t(width) * height * HALVES, Vec3(0)), counts_(std::size_t(tiles_x) * tiles_y, 0),
-          finished_(counts_.size(), 0) {}
+          sums_(std::size_t(width) * height * HALVES, Vec3(0)), counts_(std::size_t(width) * height, 0),
+          finished_(std::size_t(tiles_x) * tiles_y, 0) {}
 
-    // Of the i-th sample of the pixel.
-    void add(std::size_t pixel, int i, const Vec3& radiance) { sums_[HALVES * pixel + i % HALVES] += radiance; }
+    // The next sample of the pixel.
+    void add(std::size_t pixel, const Vec3& radiance) {
+        sums_[HALVES * pixel + counts_[pixel]++ % HALVES] += radiance;
+    }
 
-    // Of a tile, so many samples more of each pixel.
-    void count(std::size_t tile, int samples) { counts_[tile] += samples; }
     void finish(std::size_t tile) { finished_[tile] = 1; }
     bool finished(std::size_t tile) const { return finished_[tile]; }
-    int samples(std::size_t tile) const { return counts_[tile]; }
-    std::size_t tiles() const { return counts_.size(); }
+    int samples(std::size_t pixel) const { return counts_[pixel]; }
+    std::size_t pixels() const { return counts_.size(); }
+    std::size_t tiles() const { return finished_.size(); }
 
-    Vec3 mean(std::size_t pixel, int count) const {
-        return count > 0 ? (sums_[HALVES * pixel] + sums_[HALVES * pixel + 1]) / count : Vec3(0);
+    Vec3 mean(std::size_t pixel) const {
+        return (sums_[HALVES * pixel] + sums_[HALVES * pixel + 1]) / std::max(counts_[pixel], 1);
     }
-    Vec3 variance(std::size_t pixel, int count) const {
+    Vec3 variance(std::size_t pixel) const {
+        const int count = counts_[pixel];
         if (count < 2) return Vec3(0);
         const Vec3 apart = sums_[HALVES * pixel] / ((count + 1) / 2) - sums_[HALVES * pixel + 1] / (count / 2);
         return apart * apart / 4;
@@ -61,15 +63,15 @@ public:
     Summary summary(std::size_t t) const {
         Summary s;
         for_pixels(t, [&](int x, int y) {
-            s.mean += mean(pixel(x, y), counts_[t]).dot(Vec3(1));
-            s.variance += variance(pixel(x, y), counts_[t]).dot(Vec3(1));
+            s.mean += mean(pixel(x, y)).dot(Vec3(1));
+            s.variance += variance(pixel(x, y)).dot(Vec3(1));
             s.values += 3;
         });
         return s;
     }
     Summary summary() const {
         Summary all;
-        for (std::size_t t = 0; t < counts_.size(); ++t) {
+        for (std::size_t t = 0; t < tiles(); ++t) {
             const Summary s = summary(t);
             all.mean += s.mean, all.variance += s.variance, all.values += s.values;
         }
@@ -96,8 +98,8 @@ private:
     }
 
     std::vector<Vec3> sums_;  // of the halves of each pixel
-    std::vector<std::int32_t> counts_;    // of the tiles
-    std::vector<std::uint8_t> finished_;  // the same
+    std::vector<std::int32_t> counts_;    // of the pixels
+    std::vector<std::uint8_t> finished_;  // of the tiles
 };
 
 using LayerFilm = std::vector<Vec3>;  // sums, one a pixel

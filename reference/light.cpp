@@ -42,8 +42,8 @@ public:
     // The point of the rectangle, from where it is seen.
     Vec3 local(Vec2 u) const {
         if (!curved_) return {x0_ + u.x * (x1_ - x0_), y0_ + u.y * (y1_ - y0_), -height_};
-        const double angle = u.x * solid_angle_, c = std::cos(angle), s = std::sin(angle);
-        const double f = ((cos_k_ * c - sin_k_ * s) * b0_ - b1_) / (sin_k_ * c + cos_k_ * s);
+        const Vec2 a = on_circle(u.x * solid_angle_ / (2 * PI));
+        const double f = ((cos_k_ * a.x - sin_k_ * a.y) * b0_ - b1_) / (sin_k_ * a.x + cos_k_ * a.y);
         const double tan2 = std::max(f * f + b0_ * b0_ - 1, 1e-300);
         const double x = std::clamp(std::copysign(height_, f) / std::sqrt(tan2), x0_, x1_);
         const double d2 = x * x + height_ * height_;
@@ -103,10 +103,11 @@ double SphereLight::importance(const Vec3& point, const Vec3&) const {
 // Uniformly within the cone that the sphere fills. The distance is that to a sphere larger by the offset.
 LightSample SphereLight::sample(const Vec3& point, Vec2 u) const {
     const Vec3 to_center = center - point;
-    const double edge = cap(to_center), below = u.x * edge, phi = 2 * PI * u.y;  // below = 1 - cos
+    const double edge = cap(to_center), below = u.x * edge;  // 1 - cos
     if (!(edge > 0)) return UNSEEN;
     const double sin = std::sqrt(below * (2 - below)), distance = to_center.length();
-    const Vec3 L = Basis(to_center / distance).to_world({sin * std::cos(phi), sin * std::sin(phi), 1 - below});
+    const Vec2 c = on_circle(u.y) * sin;
+    const Vec3 L = Basis(to_center / distance).to_world({c.x, c.y, 1 - below});
     const double larger = radius + offset + SHADOW_OFFSET * distance, beside = distance * sin;
     const double clear = distance * (1 - below) - std::sqrt(std::max(0.0, larger * larger - beside * beside));
     const double density = 1 / (2 * PI * edge);

@@ -3,9 +3,10 @@
 
 #include "sampling.h"
 
-#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -111,27 +112,32 @@ private:
         int x, y;
         double u, v, sin;  // of its angle with +y
     };
-    // A picture of light in blocks of 2 x 2, which lie together in memory; 0 where the last ones stick out.
-    struct Level {
-        int width, height;  // in blocks
-        std::vector<std::array<float, 4>> light;
+    // Draws one of many by their weights, u in [0, 1), by the inverse of their running sum: what is near in u is near
+    // among them. A table says between which to look for every few of them.
+    class Choice {
+    public:
+        // Of rows of so many weights, each drawn from by itself; what a row sums up to comes into `sums`.
+        Choice(std::vector<double> weights, int count, std::vector<double>& sums);
+        // u becomes the place within what was drawn.
+        int draw(int row, double& u) const;
 
-        Level(int columns, int rows)
-            : width((columns + 1) / 2), height((rows + 1) / 2), light(std::size_t(width) * height) {}
-        const std::array<float, 4>& block(int x, int y) const { return light[std::size_t(y) * width + x]; }
-        float& at(int x, int y) { return light[std::size_t(y / 2) * width + x / 2][y % 2 * 2 + x % 2]; }
+    private:
+        static constexpr int STRIDE = 4;
+        int count_, steps_;
+        std::vector<double> up_to_;         // the share of the row that lies up to here
+        std::vector<std::uint32_t> guide_;  // the first that reaches beyond 0, 1 / steps, ...
     };
 
     Place place(const Vec3& L) const;
     Vec3 at(int x, int y) const;
     double density(const Place& p, const Vec3& radiance) const;
     double angle(int y) const;     // with +y at which the places of that y begin
-    double mean_sin(int y) const;  // of the angles of that y
 
     std::vector<float> pixels_;
     int width_, height_;
     double cos_, sin_;           // of the rotation about +y
-    std::vector<Level> levels_;  // the light between four centres, then of 2 x 2, 4 x 4, ... of these, up to one block
+    std::vector<double> mean_sin_;  // of the angles from each centre to the one below, from the pole on
+    std::optional<Choice> columns_, rows_;  // by the light between four centres
     double total_;
 };
 

@@ -9,8 +9,9 @@ constexpr double PI = std::numbers::pi;
 // mirror directions uniformly; the facet's normal is halfway.
 Vec3 visible_facet(const Vec3& V, double ax, double ay, Vec2 u) {
     const Vec3 v = Vec3(ax * V.x, ay * V.y, V.z).normalized();
-    const double phi = 2 * PI * u.x, z = (1 - u.y) * (1 + v.z) - v.z, sin = std::sqrt(std::clamp(1 - z * z, 0.0, 1.0));
-    const Vec3 h = Vec3(sin * std::cos(phi), sin * std::sin(phi), z) + v;
+    const double z = (1 - u.y) * (1 + v.z) - v.z, sin = std::sqrt(std::clamp(1 - z * z, 0.0, 1.0));
+    const Vec2 c = on_circle(u.x) * sin;
+    const Vec3 h = Vec3(c.x, c.y, z) + v;
     return Vec3(ax * h.x, ay * h.y, std::max(h.z, 0.0)).normalized();
 }
 
@@ -33,8 +34,8 @@ Vec3 Proposal::sample(const Vec3& V, Vec2 u) const {
         return H * (2 * V.dot(H)) - V;
     }
     const double cos = std::pow(1 - u.y, 1 / (a_ + 1)), sin = std::sqrt(std::max(0.0, 1 - cos * cos));
-    const double phi = 2 * PI * u.x;
-    return Basis(Vec3(-V.x, -V.y, V.z)).to_world({sin * std::cos(phi), sin * std::sin(phi), cos});
+    const Vec2 c = on_circle(u.x) * sin;
+    return Basis(Vec3(-V.x, -V.y, V.z)).to_world({c.x, c.y, cos});
 }
 
 double Proposal::density(const Vec3& V, const Vec3& L) const {

@@ -45,9 +45,11 @@ public:
     }
 
     // What comes along the ray towards its origin.
-    Vec3 radiance(Ray ray, const Sample& points);
+    Vec3 radiance(Ray ray, Samples& points);
     // What each light has to do with it, if settings ask for layers. Then it begins anew.
     std::vector<Vec3>& by_source() { return by_source_; }
+
+    Samples points[Film::HALVES];  // of the pixel
 
 private:
     void add(int source, const Vec3& radiance) {
@@ -93,7 +95,7 @@ private:
     std::vector<Vec3> by_source_;
 };
 
-Vec3 Tracer::radiance(Ray ray, const Sample& points) {
+Vec3 Tracer::radiance(Ray ray, Samples& points) {
     sum_ = Vec3(0), throughput_ = Vec3(1), widening_ = 1, density_ = NO_EXTENT;
     for (int interactions = 0;; ++interactions) {
         const std::uint32_t first = interactions * PER_VERTEX;
@@ -234,11 +236,9 @@ bool Tracer::survives(double chance) {
     return true;
 }
 
-constexpr int FIRST_LOOK = 16;  // samples before a tile may be finished
-
-// The next number of samples at which tiles may be finished.
+// The next number of samples at which tiles may be finished and shares are given.
 int next_look(int samples) {
-    int look = FIRST_LOOK;
+    int look = Shares::FIRST_LOOK;
     while (look <= samples) look *= 2;
     return look;
 }
@@ -249,12 +249,14 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     : scene_(scene), view_(camera.view(width, height)), settings_(settings), version_(scene.version()),
       film_(width, height) {
     if (settings.layers)
-        layers_.assign(scene.sources().size(), LayerFilm(std::size_t(width) * height, Vec3(0)));
+        layers_.assign(scene.sources().size(), LayerFilm(film_.pixels(), Vec3(0)));
+    if (settings.adaptive) shares_.emplace(width, height);
     const Vec3 places[] = {view_.eye, view_.corner, view_.per_x, view_.per_y};
     Fingerprint print;
     for (const Vec3& v : places) print.add(v);
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
-                       .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance).value();
+                       .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance)
+                       .add(settings.adaptive).value();
 }
 
 void Render::advance(int samples) {
@@ -265,20 +267,37 @@ void Render::advance(int samples) {
         add_samples(step);
         samples -= step;
         samples_ += step;
-        if (samples_ == next_look(samples_ - 1)) finish_tiles();
+        if (samples_ != next_look(samples_ - 1)) continue;
+        finish_tiles();
+        if (shares_)
+            shares_->look(samples_, [&](int x, int y) { return !film_.finished(film_.tile(x, y)); },
+                          [&](std::size_t pixel) { return film_.samples(pixel); });
     }
+}
+
+// Samples of a pixel that the next `count` turns bring.
+int Render::due(std::size_t pixel, int count) const {
+    if (!shares_) return count;
+    const int turns = samples_ - (samples_ < Shares::FIRST_LOOK ? 0 : next_look(samples_) / 2);  // since the last look
+    return shares_->samples(pixel, turns + count) - shares_->samples(pixel, turns);
 }
 
 void Render::add_samples(int count) {
     oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
-    const auto render_pixel = [&](Tracer& tracer, int x, int y, int done) {
+    const int look = next_look(samples_);
+    const auto render_pixel = [&](Tracer& tracer, int x, int y) {
         const std::size_t pixel = film_.pixel(x, y);
-        for (int i = done; i < done + count; ++i) {
-            const int half = settings_.variance ? i % Film::HALVES : 0;
-            const Sample points(sequence + Film::HALVES * pixel + half, settings_.variance ? i / Film::HALVES : i);
+        const int done = film_.samples(pixel), end = done + due(pixel, count);
+        const int halves = settings_.variance ? Film::HALVES : 1;
+        for (int k = 0; k < halves; ++k) tracer.points[k].begin(sequence + Film::HALVES * pixel + k);
+        for (int i = done; i < end; ++i) {
+            Samples& points = tracer.points[i % halves];
+            points.take(i / halves);
             const Vec2 p = points.pair(POSITION);
-            film_.add(pixel, i, tracer.radiance(view_.ray(x + p.x, y + p.y), points));
+            const Vec3 radiance = tracer.radiance(view_.ray(x + p.x, y + p.y), points);
+            film_.add(pixel, radiance);
+            if (shares_) shares_->witness(pixel, i, mean(radiance), look);
             for (std::size_t k = 0; k < layers_.size(); ++k)
                 layers_[k][pixel] += std::exchange(tracer.by_source()[k], Vec3(0));
         }
@@ -286,9 +305,7 @@ void Render::add_samples(int count) {
     parallel_for(film_.tiles(), [&](std::size_t t) {
         if (film_.finished(t)) return;
         Tracer& tracer = tracers.local();
-        const int done = film_.samples(t);
-        film_.for_pixels(t, [&](int x, int y) { render_pixel(tracer, x, y, done); });
-        film_.count(t, count);
+        film_.for_pixels(t, [&](int x, int y) { render_pixel(tracer, x, y); });
     });
 }
 
@@ -328,12 +345,16 @@ void Render::state(char* bytes) const {
     write(&sum, 1);
 }
 
-static constexpr int MOST_SAMPLES = (1 << 30) - 1;  // of a pixel, so that next_look() still fits into 32 bits
+static constexpr int MOST_SAMPLES = (1 << 30) - 1;  // of a pixel, so that next_look() and MOST times as many still fit into 32 bits
 
-// Of a tile, of its samples and of whether it is finished: a count below 0 would write outside of the film.
+// Of samples of a pixel, and of whether a tile is finished: a count below 0 would write outside of the film.
 static bool could_be(const Vec3& v, int) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 static bool could_be(std::int32_t count, int samples) { return 0 <= count && count <= samples; }
 static bool could_be(std::uint8_t finished, int) { return finished <= 1; }
+static bool could_be(float share, int) { return 0 <= share && share <= Shares::MOST; }
+static bool could_be(const Shares::Blocks& sums, int) {
+    return std::all_of(sums.begin(), sums.end(), [](float s) { return std::isfinite(s); });
+}
 
 void Render::restore(std::string_view state) {
     const std::size_t size = state_size();
@@ -352,11 +373,12 @@ void Render::restore(std::string_view state) {
     const char* const films = state.data() + sizeof head + sizeof samples;
     std::memcpy(&samples, films - sizeof samples, sizeof samples);
     const char* p = films;
-    bool plausible = 0 <= samples && samples <= MOST_SAMPLES;
+    const int times = shares_ ? Shares::MOST : 1;  // as many as the mean a pixel may have
+    bool plausible = 0 <= samples && samples <= (MOST_SAMPLES + 1) / times;
     for_state(*this, [&]<class T>(const T*, std::size_t count) {
         for (T value; count > 0; --count, p += sizeof value) {
             std::memcpy(static_cast<void*>(&value), p, sizeof value);
-            plausible = plausible && could_be(value, samples);
+            plausible = plausible && could_be(value, times * samples);
         }
     });
     if (!plausible) throw std::invalid_argument("state: damaged, it holds what no render leaves");

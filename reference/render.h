@@ -4,6 +4,7 @@
 #include "camera.h"
 #include "film.h"
 #include "scene.h"
+#include "shares.h"
 
 #include <string_view>
 #include <vector>
@@ -21,6 +22,7 @@ struct RenderSettings {
     // Two independent halves of the samples tell the variance. Without, they are one sequence, which is a little more
     // even, but nobody knows how good it is.
     bool variance = true;
+    bool adaptive = false;  // pixels whose neighbours are noisier get more samples
 };
 
 // One picture that gets better as long as one likes. The scene must outlive it and must not change.
@@ -28,7 +30,7 @@ class Render {
 public:
     Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings);
 
-    // Adds so many samples to each pixel that is not finished. The result depends neither on the number of threads nor
+    // Adds so many samples to each pixel that is not finished, on an average where the render is adaptive. The result depends neither on the number of threads nor
     // on how the samples are split into calls. Throws std::invalid_argument where the scene has changed.
     void advance(int samples);
     // From now on, tiles are finished as soon as their relative standard error, the root mean square over their pixels
@@ -36,6 +38,8 @@ public:
     // after 2^n samples, and biases by as much as such rules do: a tile which happens to look even ends early.
     void set_target(double error) { target_ = settings_.variance ? error : 0; }
     bool finished() const;
+    // Samples of the pixels that are not finished, on an average.
+    int turns() const { return samples_; }
 
     const RenderSettings& settings() const { return settings_; }
     const Film& film() const { return film_; }
@@ -52,10 +56,12 @@ public:
 private:
     void add_samples(int count);
     void finish_tiles();
+    int due(std::size_t pixel, int count) const;
     // Hands the arrays that make up the state to visit(data, count).
     template <class Self, class Visit> static void for_state(Self& self, const Visit& visit) {
         self.film_.for_state(visit);
         for (auto& layer : self.layers_) visit(layer.data(), layer.size());
+        if (self.shares_) self.shares_->for_state(visit);
     }
 
     const Scene& scene_;
@@ -65,7 +71,8 @@ private:
     std::uint64_t fingerprint_;
     Film film_;
     std::vector<LayerFilm> layers_;
-    std::int32_t samples_ = 0;  // of the tiles that are not finished
+    std::optional<Shares> shares_;
+    std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average
     double target_ = 0;
 };
 

@@ -29,24 +29,21 @@ void require_variance(const Render& render) {
 }
 
 void make(Render* self, const Scene& scene, const Camera& camera, int width, int height, int depth, int roulette,
-          std::uint64_t seed, const std::string& strategy_name, bool layers, bool variance) {
+          std::uint64_t seed, const std::string& strategy_name, bool layers, bool variance, bool adaptive) {
     require(width >= 1, "width", "at least 1", width);
     require(height >= 1, "height", "at least 1", height);
     require(depth >= 0, "depth", "at least 0", depth);
     require(roulette >= 0, "roulette", "at least 0", roulette);
-    new (self) Render(scene, camera, width, height, {depth, roulette, seed, strategy(strategy_name), layers, variance});
+    new (self) Render(scene, camera, width, height,
+                      {depth, roulette, seed, strategy(strategy_name), layers, variance, adaptive});
 }
 
-// An array [h, w, channels] from what value(pixel, samples) gives for each pixel.
+// An array [h, w, channels] from what value(pixel, out) writes for each pixel.
 template <class T, class Value> nb::object picture(const Film& film, std::size_t channels, const Value& value) {
-    std::vector<T> image(std::size_t(film.width) * film.height * channels);
+    std::vector<T> image(film.pixels() * channels);
     {
         nb::gil_scoped_release unlocked;  // so that a window goes on meanwhile
-        for (std::size_t t = 0; t < film.tiles(); ++t)
-            film.for_pixels(t, [&](int x, int y) {
-                const std::size_t pixel = film.pixel(x, y);
-                value(pixel, film.samples(t), image.data() + channels * pixel);
-            });
+        for (std::size_t pixel = 0; pixel < film.pixels(); ++pixel) value(pixel, image.data() + channels * pixel);
     }
     const std::size_t h = film.height, w = film.width;
     return channels == 1 ? to_numpy(std::move(image), {h, w}) : to_numpy(std::move(image), {h, w, channels});
@@ -56,15 +53,12 @@ void write(const Vec3& v, double* p) { p[0] = v.x, p[1] = v.y, p[2] = v.z; }
 
 nb::object layers(const Render& render) {
     const Film& film = render.film();
-    const std::size_t pixels = std::size_t(film.width) * film.height, count = render.layers().size();
+    const std::size_t pixels = film.pixels(), count = render.layers().size();
     if (count == 0) throw std::invalid_argument("layers: the render was made without, or there is no light");
     std::vector<double> images(3 * pixels * count);
-    for (std::size_t t = 0; t < film.tiles(); ++t)
-        film.for_pixels(t, [&](int x, int y) {
-            for (std::size_t i = 0; i < count; ++i)
-                write(render.layers()[i][film.pixel(x, y)] / std::max(film.samples(t), 1),
-                      images.data() + 3 * (pixels * i + film.pixel(x, y)));
-        });
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t p = 0; p < pixels; ++p)
+            write(render.layers()[i][p] / std::max(film.samples(p), 1), images.data() + 3 * (pixels * i + p));
     return to_numpy(std::move(images), {count, std::size_t(film.height), std::size_t(film.width), 3});
 }
 
@@ -75,18 +69,20 @@ void bind_render(nb::module_& m) {
                        "A path-traced picture that gets better as long as one likes. ValueError on bad input, and where\n"
                        "the scene has been changed since.")
         .def("__init__", &make, "scene"_a, "camera"_a, "width"_a, "height"_a, "depth"_a = 8, "roulette"_a = 4,
-             "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, "variance"_a = true, nb::keep_alive<1, 2>(),
+             "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, "variance"_a = true, "adaptive"_a = false,
+             nb::keep_alive<1, 2>(),
              "depth: interactions with surfaces on the longest path; 0 shows the lights alone, 1 has direct light.\n"
              "roulette: interactions before paths may end by chance. strategy: how directions to lights with an extent\n"
              "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.\n"
              "variance: draw two independent halves, which tell it; without, there is a little less noise, but\n"
-             "variance, error and target are refused.")
+             "variance, error and target are refused. adaptive: pixels of more noise get more samples, and no bias.")
         .def("advance", [](Render& r, int samples) {
             require(samples >= 0, "samples", "at least 0", samples);
             nb::gil_scoped_release unlocked;
             r.advance(samples);
-        }, "samples"_a, "Adds so many samples to each pixel that is not finished: to the last bit the same for any\n"
-                        "number of threads, and however they are split into calls.")
+        }, "samples"_a, "Adds so many samples to each pixel that is not finished, on an average where the render is\n"
+                        "adaptive: to the last bit the same for any number of threads, and however they are split into\n"
+                        "calls.")
         .def("set_target", [](Render& r, double error) {
             require(error >= 0, "error", "at least 0", error);
             require_variance(r);
@@ -95,17 +91,16 @@ void bind_render(nb::module_& m) {
                       "mean of the picture is below, and all of them as soon as the picture's own is; 0: never.\n"
                       "Looked at after 16, 32, 64 .. samples.")
         .def_prop_ro("finished", &Render::finished)
+        .def_prop_ro("turns", &Render::turns, "Samples of the pixels that are not finished, on an average.")
         .def("samples", [](const Render& r) {
-            return picture<std::int32_t>(r.film(), 1, [](std::size_t, int n, std::int32_t* out) { *out = n; });
+            return picture<std::int32_t>(r.film(), 1, [&](std::size_t p, std::int32_t* out) { *out = r.film().samples(p); });
         }, "Samples of each pixel, [h,w] int32.")
         .def("beauty", [](const Render& r) {
-            return picture<double>(r.film(), 3,
-                                   [&](std::size_t p, int n, double* out) { write(r.film().mean(p, n), out); });
+            return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().mean(p), out); });
         }, "Mean radiance, [h,w,3], linear RGB.")
         .def("variance", [](const Render& r) {
             require_variance(r);
-            return picture<double>(r.film(), 3,
-                                   [&](std::size_t p, int n, double* out) { write(r.film().variance(p, n), out); });
+            return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().variance(p), out); });
         }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one\n"
            "degree of freedom a pixel. Take means over some pixels. 0 before there are two samples.")
         .def("layers", &layers, "What each light has to do with it, [lights,h,w,3], in the order of light_names.")

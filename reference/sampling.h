@@ -8,12 +8,13 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <vector>
 
 namespace lobe {
 
 // Of a render's state. Raise it with every change, here or where points become directions, that gives a path other
 // samples: a film that mixes both is no longer what its seed says.
-inline constexpr std::uint64_t STATE_VERSION = 1;
+inline constexpr std::uint64_t STATE_VERSION = 2;
 
 // Owen's nested uniform scrambling of the binary digits, from the lowest to the highest: each digit is flipped by a
 // hash of those below it. Laine, Karras 2011, with the constants of Vegdahl, Building a better LK hash, 2021.
@@ -52,23 +53,62 @@ public:
     Sample(std::uint64_t sequence, std::uint32_t index) : sequence_(sequence), index_(reversed_bits(index)) {}
 
     Vec2 pair(std::uint32_t k) const {
-        const std::uint64_t a = scrambled(sequence_ + (2 * k + 1) * GOLDEN);
-        const std::uint64_t b = scrambled(sequence_ + (2 * k + 2) * GOLDEN);
+        const Seeds seeds(sequence_, k);
+        const std::uint32_t reversed = scrambled_upwards(index_, seeds.order);
         // scrambled from the lowest digit of the reversed index, and so from the highest of the index: blocks stay
         // whole
-        const std::uint32_t reversed = scrambled_upwards(index_, static_cast<std::uint32_t>(a));
         const std::uint32_t x = reversed_bits(reversed), y = times_pascal(x);
-        return {fraction(scrambled_upwards(x, static_cast<std::uint32_t>(a >> 32))),
-                fraction(scrambled_upwards(y, static_cast<std::uint32_t>(b)))};
+        return {fraction(reversed_bits(scrambled_upwards(x, seeds.x))),
+                fraction(reversed_bits(scrambled_upwards(y, seeds.y)))};
     }
 
-private:
-    // The centre of the point's cell of 2^-32.
-    static double fraction(std::uint32_t x) { return (reversed_bits(x) + 0.5) * 0x1p-32; }
+    // Of a pair's shuffle, and of the scrambling of its coordinates.
+    struct Seeds {
+        Seeds(std::uint64_t sequence, std::uint32_t k) {
+            const std::uint64_t a = scrambled(sequence + (2 * k + 1) * GOLDEN);
+            order = static_cast<std::uint32_t>(a), x = static_cast<std::uint32_t>(a >> 32);
+            y = static_cast<std::uint32_t>(scrambled(sequence + (2 * k + 2) * GOLDEN));
+        }
+        std::uint32_t order, x, y;
+    };
 
+    // The centre of the point's cell of 2^-32.
+    static double fraction(std::uint32_t x) { return (x + 0.5) * 0x1p-32; }
+
+private:
     static constexpr std::uint64_t GOLDEN = 0x9e3779b97f4a7c15u;
     std::uint64_t sequence_;
     std::uint32_t index_;
+};
+
+// The same pairs for one sample of a sequence after another, several at once in a vector register. Seeds are kept.
+class Samples {
+public:
+    // From now on, the samples of this sequence.
+    void begin(std::uint64_t sequence) { sequence_ = sequence, seeded_.clear(); }
+    // From now on, the pairs of this sample.
+    void take(std::uint32_t index) { index_ = reversed_bits(index), drawn_ = 0; }
+    Vec2 pair(std::uint32_t k) {
+        while (drawn_ <= k / LANES) draw();
+        const Points& p = points_[k / LANES];
+        return {Sample::fraction(p.x[k % LANES]), Sample::fraction(p.y[k % LANES])};
+    }
+
+    static constexpr std::uint32_t LANES = 8;
+    struct Lanes {
+        std::uint32_t order[LANES], x[LANES], y[LANES];
+    };
+    struct Points {
+        std::uint32_t x[LANES], y[LANES];
+    };
+
+private:
+    void draw();
+
+    std::uint64_t sequence_ = 0;
+    std::uint32_t index_ = 0, drawn_ = 0;
+    std::vector<Lanes> seeded_;
+    std::vector<Points> points_;
 };
 
 // Picks one of several weights, u in [0, 1), and gives back in u what chance is left. The last positive one catches
@@ -88,14 +128,41 @@ inline int pick(const double* weights, int count, double& u) {
     return chosen;
 }
 
+// a[0] + a[1] x + ... + a[7] x^7, by halves, which wait for each other less than Horner's steps do.
+inline double series(const double (&a)[8], double x) {
+    const double x2 = x * x;
+    const auto half = [&](int i) { return (a[i] + a[i + 1] * x) + (a[i + 2] + a[i + 3] * x) * x2; };
+    return half(0) + half(4) * (x2 * x2);
+}
+
+// Cosine and sine of a quarter turn times r in [-1/2, 1/2]: Taylor's series, exact there to the last digits.
+inline Vec2 within_eighths(double r) {
+    // 1 / 2!, -1 / 4!, ... and 1 / 3!, -1 / 5!, ...
+    static constexpr double COS[] = {1 / 2., -1 / 24., 1 / 720., -1 / 40320., 1 / 3628800., -1 / 479001600.,
+                                     1 / 87178291200., -1 / 20922789888000.};
+    static constexpr double SIN[] = {1 / 6., -1 / 120., 1 / 5040., -1 / 362880., 1 / 39916800., -1 / 6227020800.,
+                                     1 / 1307674368000., -1 / 355687428096000.};
+    const double x = r * (std::numbers::pi / 2), x2 = x * x;
+    return {1 - x2 * series(COS, x2), x - x * x2 * series(SIN, x2)};
+}
+
+// Cosine and sine of so many turns, at least 0.
+inline Vec2 on_circle(double turns) {
+    const int quarters = static_cast<int>(4 * turns + 0.5);
+    const Vec2 c = within_eighths(4 * turns - quarters);
+    const bool crossed = quarters & 1;
+    const double x = crossed ? c.y : c.x, y = crossed ? c.x : c.y;
+    return {(quarters + 1) & 2 ? -x : x, quarters & 2 ? -y : y};
+}
+
 // The square onto the unit disc, keeping areas, and neighbours together. Shirley, Chiu 1997.
 inline Vec2 on_disc(Vec2 u) {
     const double x = 2 * u.x - 1, y = 2 * u.y - 1;
-    if (x == 0 && y == 0) return Vec2(0);
     const bool wide = std::abs(x) > std::abs(y);
-    const double r = wide ? x : y;
-    const double phi = wide ? std::numbers::pi / 4 * (y / x) : std::numbers::pi / 2 - std::numbers::pi / 4 * (x / y);
-    return Vec2(std::cos(phi), std::sin(phi)) * r;
+    const double r = wide ? x : y, across = wide ? y : x;
+    if (r == 0) return Vec2(0);
+    const Vec2 c = within_eighths(across / r / 2) * r;
+    return wide ? c : Vec2(c.y, c.x);
 }
 
 // Of directions about z with the density cos / pi: the disc lifted to the sphere (Malley 1988).

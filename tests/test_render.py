@@ -194,16 +194,18 @@ def still_life():
     return scene
 
 
-def test_neither_threads_nor_calls_nor_a_stop_change_a_bit():
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_neither_threads_nor_calls_nor_a_stop_change_a_bit(adaptive):
+    settings = {"size": 40, "layers": True, "adaptive": adaptive}
     pictures = []
     for threads in (1, 2, 4):
         reference.set_threads(threads)
-        pictures.append(rendered(still_life(), SPHERE_CAMERA, 32, size=40, layers=True))
+        pictures.append(rendered(still_life(), SPHERE_CAMERA, 48, **settings))
     reference.set_threads(0)
-    split = rendered(still_life(), SPHERE_CAMERA, 8, size=40, layers=True)
-    for samples in (1, 11, 4):
+    split = rendered(still_life(), SPHERE_CAMERA, 8, **settings)
+    for samples in (1, 11, 20):
         split.advance(samples)
-    resumed = rendered(still_life(), SPHERE_CAMERA, 0, size=40, layers=True)
+    resumed = rendered(still_life(), SPHERE_CAMERA, 0, **settings)
     resumed.restore(split.state())
     for render in (split, resumed):
         render.advance(8)
@@ -264,6 +266,46 @@ def test_the_variance_is_honest():
     renders = [rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=seed) for seed in range(8)]
     z = np.concatenate([z_scores(a, b) for a, b in zip(renders[::2], renders[1::2])])  # 256 of them
     assert 0.85 < z.std() < 1.18 and abs(z.mean()) < 4 / np.sqrt(z.size)
+
+
+def spotted(size=24, samples=64, seed=0, **settings):
+    """A plane under a sky with one bright spot, which few directions find: each pixel should be as bright as its
+    neighbours, and most look too dark."""
+    sky = np.full((8, 16, 3), 0.01, np.float32)
+    sky[1, 5] = 100
+    scene = reference.Scene()
+    scene.set_material(scene.add_plane((0, 0, 0), (0, 1, 0), 1e3), lambert(0.5))
+    scene.set_environment(sky)
+    camera = reference.Camera((0, 9, 0.1), (0, 0, 0), (0, 1, 0), 35)
+    return rendered(scene, camera, samples, size=size, seed=seed, depth=1, **settings)
+
+
+def test_adaptive_samples_have_no_bias():
+    """Where a pixel's own samples decided on their number, those that had found the spot early would go on until the
+    rest had outweighed it, and those that had not would stay dark."""
+    truth = spotted(strategy="light", samples=256).beauty().mean()
+    means = [spotted(strategy="lobe", adaptive=True, samples=48, seed=seed).beauty().mean() for seed in range(64)]
+    sigma = np.std(means, ddof=1) / np.sqrt(len(means))
+    assert sigma < 0.01 * truth
+    assert abs(np.mean(means) - truth) < 4 * sigma
+
+
+def test_adaptive_samples_go_where_the_noise_is():
+    """A ball takes up little of a dark picture."""
+    scene = reference.Scene()
+    scene.set_material(scene.add_sphere((0, 0, 0), 1), lambert(0.5))
+    scene.add_rectangle_light((0, 3, 0), (1, 0, 0), (0, 0, 1), (9, 9, 9))
+    camera = reference.Camera((0, 1, 12), (0, 0, 0), (0, 1, 0), 35)
+
+    def picture(samples, adaptive, seed):
+        return rendered(scene, camera, samples, size=48, depth=1, seed=seed, adaptive=adaptive)
+
+    truth = np.mean([picture(1024, False, seed).beauty() for seed in range(90, 94)], axis=0)
+    errors = {adaptive: np.sqrt(np.mean([(picture(128, adaptive, seed).beauty() - truth) ** 2 for seed in range(4)]))
+              for adaptive in (False, True)}
+    assert errors[True] < 0.7 * errors[False]
+    samples = picture(128, True, 0).samples()
+    assert 112 < samples.mean() < 144 and samples.min() >= 32 and samples.max() > 512
 
 
 def test_without_variance_nothing_is_said_of_it():

@@ -201,6 +201,16 @@ def test_threads_and_pauses_change_no_bit(lobe, tmp_path):
     assert not same_picture(tmp_path / "a" / "s.exr", tmp_path / "c" / "s.exr")
 
 
+def test_adaptive_pictures_resume_to_the_same_bits(lobe, tmp_path):
+    (tmp_path / "s.toml").write_text(SCENE.replace("[render]", "[render]\nadaptive = true"))
+    lobe("s.toml", "--spp", 40, "--threads", 1, "--out", "a")
+    for spp in (1, 17, 40):
+        lobe("s.toml", "--spp", spp, "--threads", 3, "--out", "b", "--resume")
+    assert same_picture(tmp_path / "a" / "s.exr", tmp_path / "b" / "s.exr")
+    samples = parts(tmp_path / "a" / "s.exr")["samples"]
+    assert 32 < samples.mean() < 48 and samples.min() < 32 and samples.max() > 64
+
+
 def test_passes_of_any_length_change_no_bit(lobe, tmp_path, monkeypatch):
     lobe("s.toml", "--spp", 30, "--error", 0.1, "--out", "a")
     monkeypatch.setattr(rendering, "PASS_SECONDS", 0.0)

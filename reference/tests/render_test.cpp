@@ -55,8 +55,29 @@ TEST(Sample, OfThisVersionIsAsItWas) {
             const Vec2 u = Sample(scrambled(k), i).pair(k);
             print.add(u.x).add(u.y);
         }
-    EXPECT_EQ(STATE_VERSION, 1u);
+    EXPECT_EQ(STATE_VERSION, 2u);
     EXPECT_EQ(print.value(), 7658316976743077338u);
+}
+
+TEST(Sample, SeveralPairsAtOnceAreTheSame) {
+    Samples samples;
+    for (std::uint64_t sequence : {7u, 8u}) {
+        samples.begin(sequence);
+        for (std::uint32_t index : {0u, 1u, 1000000u}) {
+            samples.take(index);
+            for (std::uint32_t k : {0u, 20u, 3u, 7u, 8u, 40u}) EXPECT_EQ(samples.pair(k), Sample(sequence, index).pair(k));
+        }
+    }
+}
+
+TEST(Sample, CirclesAreRound) {
+    for (int i = 0; i <= 3000; ++i) {
+        const double turns = i / 1000.0, angle = 2 * PI * std::fmod(turns, 1.0);
+        const Vec2 c = on_circle(turns);
+        EXPECT_NEAR(c.x, std::cos(angle), 2e-15) << turns;
+        EXPECT_NEAR(c.y, std::sin(angle), 2e-15) << turns;
+        EXPECT_NEAR(c.length2(), 1, 1e-15) << turns;
+    }
 }
 
 TEST(Sample, IsUniformAndPairsAreIndependent) {
@@ -200,19 +221,21 @@ Scene lit_by_everything() {
 TEST(Render, ThreadsAndStopsDoNotChangeABit) {
     const Scene scene = lit_by_everything();
     const Camera camera({1, 2, 6}, Vec3(0), {0, 1, 0}, 40);
-    const auto rendered = [&](int threads, int calls) {
+    const auto rendered = [&](int threads, int calls, bool adaptive) {
         set_threads(threads);
-        Render render(scene, camera, 50, 40, {.layers = true});
+        Render render(scene, camera, 50, 40, {.layers = true, .adaptive = adaptive});
         render.set_target(0.05);
-        for (int i = 0; i < calls; ++i) render.advance(32 / calls);
+        for (int i = 0; i < calls; ++i) render.advance(48 / calls);
         set_threads(0);
         std::vector<char> state(render.state_size());
         render.state(state.data());
         return std::string(state.begin(), state.end());
     };
-    const std::string alone = rendered(1, 1);
-    EXPECT_EQ(alone, rendered(2, 1));
-    EXPECT_EQ(alone, rendered(4, 4));
+    for (bool adaptive : {false, true}) {
+        const std::string alone = rendered(1, 1, adaptive);
+        EXPECT_EQ(alone, rendered(2, 1, adaptive));
+        EXPECT_EQ(alone, rendered(4, 6, adaptive));
+    }
 }
 
 TEST(Render, RefusesWhatIsNotItsState) {
