@@ -562,3 +562,5 @@ def test_b_takes_the_values_of_a(viewer, press):
                           "B": [states.default_lobe("lobe_GGX_fast")]}
     press(viewer, "give B the values of A")
     assert viewer.state.sides["B"][0].values == {"f0": pytest.approx((1.0, 0.5, 0.25)), "alpha": (1.0,)}
+    alike = states.initial().sides
+    assert [numbers_panel._like(a, b) for a, b in zip(alike["A"], alike["B"])] == alike["B"], "nothing to give"

@@ -53,6 +53,12 @@ def is_logarithmic(p: Parameter) -> bool:
     return p.kind != "color" and spans_decades
 
 
+def inside(p: Parameter, values: tuple[float, ...]) -> bool:
+    """Whether numbers are as many as a parameter has, and in its range, as float32; that of a vector counts, too."""
+    low, high = np.float32(p.low), np.float32(p.high)
+    return len(values) == p.width and all(low <= np.float32(x) <= high for x in values)
+
+
 def rounded_into(p: Parameter, values) -> tuple[float, ...]:
     """Numbers brought into the range of a parameter, as float32 has them, so that none is outside by a rounding."""
     return tuple(float(x) for x in domain.rounded(np.asarray(values, float), p))
@@ -64,8 +70,11 @@ def defaults(function: Function) -> dict[str, tuple[float, ...]]:
 
 def carried_over(values: dict[str, tuple[float, ...]], function: Function) -> dict[str, tuple[float, ...]]:
     """The defaults of a lobe, with what another lobe's values say of the parameters that both have."""
-    return {p.name: rounded_into(p, values[p.name]) if len(values.get(p.name, ())) == p.width else p.default
-            for p in function.parameters if not p.is_geometry}
+    def value(p: Parameter) -> tuple[float, ...]:
+        known = values.get(p.name, ())
+        return known if inside(p, known) else rounded_into(p, known) if len(known) == p.width else p.default
+
+    return {p.name: value(p) for p in function.parameters if not p.is_geometry}
 
 
 # --- GLSL to paste ----------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..lab.catalogue import Catalogue, Function
 from ..lab.paths import DATA
+from . import choices
 
 FITS = DATA / "lafortune_fits.json"
 DIELECTRICS = {"water": 1.333, "glass": 1.5, "sapphire": 1.77, "diamond": 2.417}  # n at 589 nm
@@ -41,10 +42,7 @@ def _all(library: Catalogue, function: Function) -> list[Preset]:
 
 
 def admits(function: Function, values: dict[str, tuple[float, ...]]) -> bool:
-    parameters = {name: function.parameter(name) for name in values}
-    return all(p is not None and len(values[n]) == p.width
-               and all(np.float32(p.low) <= np.float32(x) <= np.float32(p.high) for x in values[n])
-               for n, p in parameters.items())
+    return all((p := function.parameter(name)) and choices.inside(p, value) for name, value in values.items())
 
 
 # --- indices of refraction --------------------------------------------------------------------------------------------
