@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -259,24 +260,62 @@ def test(ctx: typer.Context,
 
 
 def main() -> None:
-    """Runs the command line. Exit status 0, 1 (out of tolerance), 2 (bad usage or input) or 3 (a fault of Lobe itself);
-    of 2 and 3 one line on stderr says why."""
+    """Runs the command line. Exit status 0, 1 (out of tolerance), 2 (bad usage or input), 3 (a fault of Lobe itself), 130
+    (Ctrl-C) or 141 (who reads stdout has gone); of 2 and 3 one line on stderr says why."""
+    take_streams()
+    status = outcome()
     try:
-        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
-    except InputError as error:
-        status = fail(str(error))
-    except typer.Abort:
-        status = 130
-    except Exception as error:  # Typer's own errors of usage; their class moved between its versions
-        if hasattr(error, "format_message"):
-            status = fail(f"{error.format_message()} (see lobe --help)")
-        else:
-            status = internal_error(error)
+        sys.stdout.flush()
+    except OSError as error:
+        status = undelivered(error)
     sys.exit(status)
 
 
+def outcome() -> int | None:
+    """The exit status of the command."""
+    try:
+        return app(sys.argv[1:] or ["--help"], standalone_mode=False)
+    except SystemExit as ended:  # Click ends with 1 where a pipe is broken, as if something were out of tolerance
+        return undelivered(ended.__context__) if isinstance(ended.__context__, BrokenPipeError) else ended.code
+    except InputError as error:
+        return fail(str(error))
+    except (typer.Abort, KeyboardInterrupt):
+        return 130
+    except MemoryError:
+        return fail("the memory is too small for this; choose a smaller picture, mesh or number of points")
+    except OSError as error:
+        return undelivered(error) if error.filename is None else internal_error(error)
+    except Exception as error:  # Typer's own errors of usage; their class moved between its versions
+        if hasattr(error, "format_message"):
+            return fail(f"{error.format_message()} (see lobe --help)")
+        return internal_error(error)
+
+
+def take_streams() -> None:
+    """Holds the places of closed standard streams, which else the next file to be opened would take; and lets names that
+    are no UTF-8 pass through stdout as they came."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    sys.stderr = sys.stderr or open(os.devnull, "w")
+    if sys.stdout is None:
+        sys.exit(fail("stdout is closed, expected a place for the result; for none, redirect it to /dev/null"))
+    sys.stdout.reconfigure(errors="surrogateescape" if sys.stdout.encoding == "utf-8" else "backslashreplace")
+
+
+def undelivered(error: OSError) -> int:
+    """Exit status where stdout did not take the result."""
+    sys.stdout = open(os.devnull, "w")  # else Python tries again, and complains
+    if isinstance(error, BrokenPipeError):
+        return 141
+    return fail(f"stdout: cannot be written ({error.strerror}); redirect it to another place")
+
+
 def fail(message: str, status: int = 2) -> int:
-    print(f"lobe: {line(message)}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # who closed stderr wants no words, but the status
+        print(f"lobe: {line(message)}", file=sys.stderr)
     return status
 
 

@@ -275,7 +275,7 @@ def list_functions(names: list[str], json: str | None) -> None:
         files.write_json(json, {"schema": SCHEMA, "results": [_facts(f) for f in chosen], "constants": constants})
     if json == "-":
         return
-    console = Console(width=None if sys.stdout.isatty() else 160, soft_wrap=False)
+    console, shown = Console(width=None if sys.stdout.isatty() else 160, soft_wrap=False), []
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in ("function", "kind", "parameters", "source"):
         table.add_column(column, overflow="fold")
@@ -284,14 +284,17 @@ def list_functions(names: list[str], json: str | None) -> None:
                                or p.kind == "cosine" else p.name for p in f.parameters)
         table.add_row(f"{f.name}\n  {f.stem}.glsl:{f.line}", f.kind, parameters, f.source)
     if chosen:
-        console.print(table)
+        shown.append(table)
     if constants:
         table = Table(box=None, pad_edge=False, header_style="bold")
         for column in ("constant", "value", "file"):
             table.add_column(column, overflow="fold")
         for c in constants:
             table.add_row(c["constant"], c["value"], c["file"])
-        console.print(*[""] * bool(chosen), table, sep="\n")
+        shown += [*[""] * bool(chosen), table]
+    with console.capture() as text:  # its own print would end with status 1 where the reader has gone
+        console.print(*shown, sep="\n")
+    sys.stdout.write(text.get())
 
 
 def _constant(line: str, stem: str) -> dict:
@@ -407,8 +410,9 @@ def render(path, size, spp, seconds, error, threads, seed, resume, strategy, out
     budget = rendering.budget(scene, spp, seconds, error)
     output_places(out, json)
     job = rendering.Rendering(scene, settings, out)
-    for left in (job.picture, job.preview, job.checkpoint):
-        files.remove_leftovers(left)
+    for place in (job.picture, job.preview, job.checkpoint):
+        files.output_file(place)
+        files.remove_leftovers(place)
     if resume and not job.resume(budget):
         print(f"lobe: {job.checkpoint}: no checkpoint yet, begins a new one", file=sys.stderr)
     try:

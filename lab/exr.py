@@ -98,7 +98,7 @@ def _attribute(name: str, kind: str, value: bytes) -> bytes:
 
 def _typed(value) -> tuple[str, bytes]:
     if isinstance(value, str):
-        return "string", value.encode()
+        return "string", value.encode(errors="backslashreplace")  # of names that are no UTF-8
     if isinstance(value, int) and -(2**31) <= value < 2**31:
         return "int", struct.pack("<i", value)
     return "double", struct.pack("<d", value)

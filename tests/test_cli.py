@@ -1,9 +1,13 @@
 """The command line: results on stdout, one clear line and exit status 2 for bad usage or input, nothing overwritten."""
 
 import json
+import os
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -369,3 +373,51 @@ def test_messages_are_a_line_that_terminals_show_as_it_is():
     for message in ("x: " + "9" * 5000 + ": expected less", "x: " + "a " * 9000 + ": expected less"):
         assert len(cli.line(message)) <= cli.LONGEST_LINE and cli.line(message).startswith("x: ")
         assert cli.line(message).endswith(": expected less") and "..." in cli.line(message)
+
+
+LOBE = f"{shlex.quote(sys.executable)} -m lobe.lab"
+
+
+@pytest.mark.parametrize("command, words", [
+    ("bundle lobe_Lambert >/dev/full", "stdout: cannot be written (No space left on device)"),
+    ("list >/dev/full", "stdout: cannot be written (No space left on device)"),
+    ("list --json - >/dev/full", "stdout: cannot be written (No space left on device)"),
+    ("bundle lobe_Lambert >&-", "stdout is closed"),
+    ("bundle lobe_nothing 2>&-", ""),
+    ("bundle lobe_nothing 2>/dev/full", ""),
+])
+def test_streams_that_take_nothing(command, words):
+    done = subprocess.run(["sh", "-c", f"{LOBE} {command}"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", bool(words)) and words in done.stderr
+
+
+@pytest.mark.parametrize("command", ["list", "list --json -", "bundle lobe_Lambert"])
+def test_a_reader_that_has_gone_is_no_fault(command):
+    """`lobe list | head`: neither a word, nor the status of a comparison out of tolerance."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(["sh", "-c", f"{LOBE} {command}"], stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_too_little_memory_is_told(lobe, monkeypatch):
+    def exhausted(*_):
+        raise MemoryError("std::bad_alloc")
+
+    monkeypatch.setattr(commands, "reference", exhausted)
+    status, out, err = lobe("reference", "lobe_Lambert", "--size", 65536)
+    assert (status, out, err.count("\n")) == (2, "", 1) and "memory" in err and "internal" not in err
+
+
+@pytest.mark.parametrize("milliseconds", range(0, 1600, 200))
+def test_interrupt_ends_without_a_word(milliseconds, tmp_path):
+    """From when Python has started: that takes some 50 ms by itself, during which a module of ours is not there yet."""
+    code = "import os, sys; os.write(1, b'x'); sys.argv = ['lobe', 'compare']; from lobe.lab.__main__ import main; main()"
+    process = subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE)
+    process.stdout.read(1)
+    time.sleep(milliseconds / 1000 + 0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode in (130, -signal.SIGINT) and (out, err) == (b"", b"")

@@ -228,6 +228,26 @@ def test_strategies_agree(lobe, tmp_path, strategy):
     assert (np.abs((a["beauty"] - b["beauty"]).sum(axis=(0, 1), dtype=float)) < 4 * error).all()
 
 
+def test_folders_in_the_places_of_files_are_told_before_the_work(lobe, tmp_path):
+    for name in ("s.exr", "s.png", "s.checkpoint"):
+        (tmp_path / "out" / name).mkdir(parents=True)
+        status, out, err = lobe("s.toml", "--spp", 1)
+        assert (status, out) == (2, "") and err.count("\n") == 1 and f"out/{name}: exists and is not a regular file" in err
+        assert [path.name for path in (tmp_path / "out").iterdir()] == [name]
+        (tmp_path / "out" / name).rmdir()
+
+
+def test_names_that_are_no_utf8(tmp_path):
+    """As the file system has them, they come back; in the picture's own facts, where they cannot be, they are escaped."""
+    name = os.fsdecode(b"\xff.toml")
+    (tmp_path / name).write_text(SCENE)
+    done = subprocess.run([sys.executable, "-m", "lobe.lab", "reference", name, "--spp", "1"], cwd=tmp_path,
+                          capture_output=True)
+    assert done.returncode == 0 and done.stderr == b"" and done.stdout.startswith(b"out/\xff.exr\n")
+    (tmp_path / "out" / os.fsdecode(b"\xff.exr")).rename(tmp_path / "x.exr")
+    assert OpenEXR.File(str(tmp_path / "x.exr")).parts[0].header["lobeScene"] == "\\udcff"
+
+
 # Stops and kills.
 
 

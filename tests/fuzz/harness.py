@@ -113,7 +113,7 @@ def main():
     target = TARGETS[known.target]
     if known.mode == "examples":
         return write_examples(target, known.folder)
-    folder = Path(tempfile.mkdtemp(prefix="lobe-fuzz-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None))
+    folder = Path(tempfile.mkdtemp(prefix="lobe-fuzz-"))
     try:
         target.furnish(folder)
         if known.mode == "fuzz":

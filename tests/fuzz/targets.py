@@ -17,12 +17,13 @@ from pathlib import Path
 import mutations
 import numpy as np
 
-from lobe.lab import (bundle, catalogue, cli, commands, exr, files, gl, gltf_materials, matrix, meshes, rendering,
+from lobe.lab import (bundle, catalogue, cli, commands, compare, exr, files, gl, gltf_materials, matrix, meshes, rendering,
                       scene_files, spectra)
 from lobe.lab.errors import InputError
 from lobe.lab.paths import DATA, GLSL, ROOT
 
 LONGEST = cli.LONGEST_LINE + 10
+LARGEST = 1 << 16  # bytes of an input: what is repeated in there shows in less
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -51,7 +52,7 @@ class Target:
     def edited(self, content, chance, donors):
         """The input with one to four edits."""
         for _ in range(chance.choice((1, 1, 2, 4))):
-            content = self.edit(content, chance, donors)
+            content = self.edit(content, chance, donors)[:LARGEST]
         return content
 
     def furnish(self, folder):
@@ -309,14 +310,18 @@ def _read_foreign(path):
     shader.write_bytes(source.encode("latin-1"))
     library = catalogue.load()
     function = commands.overload(library, against, call)
-    plan = commands.foreign_plan(function, [shader], call, None,
-                                 {"modes": ("points",), "points": 16, "scenes": (), "contexts": ("egl",)})
+    plan = commands.foreign_plan(function, [shader], call, None, {"scenes": ()})
     try:
-        outcome = matrix.run(plan)
+        result = compare.compare(_case(function), plan.shader_of(function), _context())
     except gl.CompileError as error:
         raise InputError(commands.compile_message(error, [shader], function)) from None
-    require(len(outcome.rows) == 1 and outcome.rows[0]["pixels"] > 0, "rows")
-    files.plain(outcome.rows)
+    require(result.row["pixels"] > 0, "pixels")
+    files.plain(result.row)
+
+
+@cache
+def _case(function):
+    return compare.points_case(function, 16, {}, matrix.SEED)
 
 
 def _foreign_examples():
