@@ -1,4 +1,4 @@
-"""A viewer in a process of its own, on an X server of its own, with a hand that moves a real mouse and presses real keys."""
+"""A viewer in a process of its own, on an X server of its own, with a hand that moves a real mouse and presses keys."""
 
 import ctypes
 import ctypes.util
@@ -16,7 +16,7 @@ class Display:
     """Xvfb on the first free display."""
 
     def __init__(self, size="1300x800x24"):
-        assert shutil.which("Xvfb"), "the tests of the window need Xvfb; on Debian or Ubuntu: apt-get install xvfb libxtst6"
+        assert shutil.which("Xvfb"), "these tests need Xvfb; on Debian or Ubuntu: apt-get install xvfb libxtst6"
         read, write = os.pipe()
         self._process = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", size, "-nolisten", "tcp"],
                                          pass_fds=[write], stderr=subprocess.DEVNULL)
@@ -95,7 +95,6 @@ class Hand:
         name = ctypes.util.find_library("Xtst") or "libXtst.so.6"
         self._test = ctypes.CDLL(name)
         self._x.XOpenDisplay.restype = ctypes.c_void_p
-        self._x.XStringToKeysym.restype = self._x.XKeysymToKeycode.argtypes = None
         self._x.XStringToKeysym.restype = ctypes.c_ulong
         self._x.XKeysymToKeycode.argtypes = [ctypes.c_void_p, ctypes.c_ulong]
         self._display = ctypes.c_void_p(self._x.XOpenDisplay(None))
@@ -106,7 +105,8 @@ class Hand:
 
     def key(self, app, key, *modifiers):
         """Presses a key, by its X name, and lets it go."""
-        codes = [self._x.XKeysymToKeycode(self._display, self._x.XStringToKeysym(k.encode())) for k in (*modifiers, key)]
+        symbols = [self._x.XStringToKeysym(k.encode()) for k in (*modifiers, key)]
+        codes = [self._x.XKeysymToKeycode(self._display, symbol) for symbol in symbols]
         for down, order in ((1, codes), (0, codes[::-1])):
             for code in order:
                 self._send("XTestFakeKeyEvent", code, down)

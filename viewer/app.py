@@ -78,10 +78,13 @@ class App:
     # One frame.
 
     def frame(self) -> None:
+        if 0 in (*self.window.size, *self.window.pixels):  # minimised
+            return time.sleep(FRAME_SECONDS)
         now = time.perf_counter()
         io = imgui.get_io()
-        io.display_size = imgui.ImVec2(*self.window.size)
-        io.display_framebuffer_scale = imgui.ImVec2(*(p / max(s, 1) for p, s in zip(self.window.pixels, self.window.size)))
+        size, pixels = self.window.size, self.window.pixels
+        io.display_size = imgui.ImVec2(*size)
+        io.display_framebuffer_scale = imgui.ImVec2(*(p / s for p, s in zip(pixels, size)))
         io.delta_time = max(now - self._began, 1e-4)
         self._frames.append(now - self._began)
         self._began = now
@@ -118,9 +121,10 @@ class App:
     def busy(self) -> bool:
         """Whether the next frame would differ from this one without anything happening."""
         io = imgui.get_io()
-        moving = any(io.mouse_down) or io.mouse_wheel or self._more or self.state.mode == "flicker"
-        return bool(moving or not self.reference.settled or not all(self.pictures[s].whole for s in self._sides())
-                    or (self.reference.job and self.reference.job.dirty) or any(imgui.is_key_down(k) for k in shortcuts.HELD))
+        moved = any(io.mouse_down) or io.mouse_wheel or any(map(imgui.is_key_down, shortcuts.HELD))
+        drawing = self._more or not all(self.pictures[side].whole for side in self._sides())
+        arriving = not self.reference.settled or (self.reference.job and self.reference.job.dirty)
+        return bool(moved or drawing or arriving or self.state.mode == "flicker")
 
     def release(self) -> None:
         self.truth.stop()
@@ -564,7 +568,8 @@ def help_overlay(width: float, height: float) -> None:
     imgui.end()
 
 
-FILES = {"open": ("Open mesh, environment or session", "Ctrl+O", ""), "session": ("Save session", "Ctrl+S", "session.toml"),
+FILES = {"open": ("Open mesh, environment or session", "Ctrl+O", ""),
+         "session": ("Save session", "Ctrl+S", "session.toml"),
          "png": ("Save PNG", "Ctrl+P", "lobe.png"), "exr": ("Save EXR", "Ctrl+E", "lobe.exr")}
 
 

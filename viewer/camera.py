@@ -19,8 +19,7 @@ def orbit(state: State, right: float, up: float) -> None:
     distance = np.linalg.norm(away)
     azimuth, elevation = np.arctan2(away[0], away[2]) + right, np.arcsin(np.clip(away[1] / distance, -1, 1)) + up
     elevation = np.clip(elevation, -np.arcsin(STEEPEST), np.arcsin(STEEPEST))
-    ring = np.cos(elevation)
-    _move(state, target + distance * np.array((ring * np.sin(azimuth), np.sin(elevation), ring * np.cos(azimuth))), target)
+    _move(state, target + distance * _direction(azimuth, elevation), target)
 
 
 def pan(state: State, right: float, up: float) -> None:
@@ -57,8 +56,7 @@ def turned(vector, right: float, up: float) -> tuple[float, float, float]:
     length = np.linalg.norm(vector)
     azimuth, elevation = np.arctan2(vector[0], vector[2]) + right, np.arcsin(np.clip(vector[1] / length, -1, 1)) + up
     elevation = np.clip(elevation, -np.pi / 2, np.pi / 2)
-    ring = np.cos(elevation)
-    return _plain(length * np.array((ring * np.sin(azimuth), np.sin(elevation), ring * np.cos(azimuth))))
+    return _plain(length * _direction(azimuth, elevation))
 
 
 def basis(state: State) -> np.ndarray:
@@ -68,6 +66,11 @@ def basis(state: State) -> np.ndarray:
     right = np.cross(scenes.UP, back)
     right /= np.linalg.norm(right)
     return np.array((right, np.cross(back, right), back))
+
+
+def _direction(azimuth: float, elevation: float) -> np.ndarray:
+    ring = np.cos(elevation)
+    return np.array((ring * np.sin(azimuth), np.sin(elevation), ring * np.cos(azimuth)))
 
 
 def _move(state: State, eye, target) -> None:

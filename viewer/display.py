@@ -180,5 +180,6 @@ class JobTexture:
         return not self._waiting
 
     def _write(self, job: Job, first: int, rows: int) -> None:
-        self.texture.write(np.ascontiguousarray(job.image[first : first + rows]), viewport=(0, first, job.size[0], rows))
+        part = np.ascontiguousarray(job.image[first : first + rows])
+        self.texture.write(part, viewport=(0, first, job.size[0], rows))
         self.version += 1

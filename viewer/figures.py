@@ -23,7 +23,8 @@ COLOURS = 256
 
 def split():
     """Gold between shader and reference, a pixel pointed at."""
-    return replace(states.initial(), environment=Environment(states.probes()["studio"], 150.0), exposure=-1.6), (0.32, 0.55)
+    studio = Environment(states.probes()["studio"], 150.0)
+    return replace(states.initial(), environment=studio, exposure=-1.6), (0.32, 0.55)
 
 
 def difference():

@@ -36,7 +36,7 @@ class Renderer:
     def __init__(self, gl):
         self._gl = gl
         self._program = gl.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
-        self._vertices, self._indices = gl.buffer(reserve=1 << 20, dynamic=True), gl.buffer(reserve=1 << 18, dynamic=True)
+        self._vertices, self._indices = (gl.buffer(reserve=size, dynamic=True) for size in (1 << 20, 1 << 18))
         self._bind()
         self._textures: dict[int, object] = {}
         io, platform = imgui.get_io(), imgui.get_platform_io()

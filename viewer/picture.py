@@ -1,5 +1,5 @@
-"""The shader's picture of the object: linear float32, drawn again only when something changed, and never in more time at
-once than a frame has."""
+"""The shader's picture of the object: linear float32, drawn again only when something changed, and never in more time
+at once than a frame has."""
 
 from __future__ import annotations
 

@@ -77,8 +77,8 @@ def _light(state: State, light: Light) -> None:
 
 
 def ball(state: State, vector) -> tuple[float, float, float]:
-    """A ball on which a direction is dragged, as the camera sees it; Shift drags it on the far side. The vector keeps its
-    length."""
+    """A ball on which a direction is dragged, as the camera sees it; Shift drags it on the far side. The vector keeps
+    its length."""
     em = imgui.get_font_size()
     radius = 3.0 * em
     at = imgui.get_cursor_screen_pos()

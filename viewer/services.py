@@ -1,4 +1,4 @@
-"""What panels may ask for. Nothing here makes a frame wait, but evaluate_glsl and evaluate_reference, which are for few rows."""
+"""What panels may ask for. Nothing here makes a frame wait, but evaluate_glsl and evaluate_reference: for few rows."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class Keeping(gl.Context):
 
 @dataclass(frozen=True)
 class Pixel:
-    """The pixel under the mouse. L, E, f_glsl, f_reference, units: one row for each light, at most MOST of them, brightest
-    first; f is the sum of the lobes of side A, units their errors as `lobe compare` counts them."""
+    """The pixel under the mouse. L, E, f_glsl, f_reference, units: one row for each light, at most MOST of them,
+    brightest first; f is the sum of the lobes of side A, units their errors as `lobe compare` counts them."""
 
     x: int
     y: int
@@ -115,8 +115,8 @@ class Services:
     # Values.
 
     def evaluate_glsl(self, function: Function, columns: dict[str, np.ndarray]) -> np.ndarray:
-        """The GLSL function's values [n, width], float32, in the window's own context, for columns name -> [n, width] of
-        all its parameters. Of the main thread alone: draw(), or work that `later` was told is for OpenGL."""
+        """The GLSL function's values [n, width], float32, in the window's own context, for columns name -> [n, width]
+        of all its parameters. Of the main thread alone: draw(), or work that `later` was told is for OpenGL."""
         inputs = {p.name: np.ascontiguousarray(columns[p.name], np.float32).reshape(1, -1, p.width)
                   for p in function.parameters}
         if function.key not in self._sources:
@@ -133,8 +133,8 @@ class Services:
         return reference.evaluate(function.key, packed)
 
     def later(self, slot: str, key: Hashable, work: Callable[[], object], opengl: bool = False) -> Slot:
-        """The value of `work` for this key, computed off the frame: ask in every frame with the same slot name. A new key
-        begins new work and forgets what has not begun; until it is ready, the last value stays.
+        """The value of `work` for this key, computed off the frame: ask in every frame with the same slot name. A new
+        key begins new work and forgets what has not begun; until it is ready, the last value stays.
 
         opengl   the work calls evaluate_glsl: it runs on the main thread, between two frames, one piece a frame
         """

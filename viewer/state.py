@@ -79,7 +79,7 @@ class State:
     sides    "A" and "B": the lobes that each of the two materials sums
     side     the one that the lobe panel edits
     against  whether A is held against its own reference, or against B
-    reference   direct: no shadows, the lights of the shader, at pixel centres, so that what differs is the lobe's alone;
+    reference   direct: no shadows, the lights of the shader, at pixel centres, so that what differs is the lobe alone;
                 traced: paths with shadows and interreflection
     """
 
@@ -167,6 +167,7 @@ _VIEW = (
     Key("both", Flag(), "whether the side that is not edited is plotted, too", False),
     Key("pins", List(Text()), "materials whose curves stay", []),
 )
+_SHOWN = ("side", "against", "mode", "divider", "reference", "tone", "scale")  # keys that State has by the same name
 
 
 def load(path: Path) -> tuple[State, list[str]]:
@@ -193,9 +194,9 @@ class _Reader:
                       self._environment(), self._sides(), depth=max(render["depth"], 1),
                       exposure=self.described["film"]["exposure"],
                       plots=self._plots(),
-                      **{key: view[key] for key in ("side", "against", "mode", "divider", "reference", "tone", "scale")})
+                      **{key: view[key] for key in _SHOWN})
         if not state.lights and state.environment is None:
-            self.place.fail("has no light that the viewer shows, expected a point or directional one, or an environment")
+            self.place.fail("has no light that the viewer shows, expected a point, a direction or an environment")
         return state, self.notes
 
     def _leave_out(self, place: Place, what: str) -> None:
@@ -278,11 +279,12 @@ def to_toml(state: State, folder: Path, size: tuple[int, int]) -> str:
     ]
     if state.environment:
         e = state.environment
-        tables.append(_table("environment", {"file": _relative(e.file, folder), "rotation": e.rotation, "scale": e.scale}))
+        file = _relative(e.file, folder)
+        tables.append(_table("environment", {"file": file, "rotation": e.rotation, "scale": e.scale}))
     tables += [_table(f"materials.{side}", {"lobes": [_lobe(lobe) for lobe in state.sides[side]]}) for side in SIDES]
     tables.append(_table("objects", _object(state, folder), array=True))
     tables += [_table("lights", _light(light), array=True) for light in state.lights]
-    shown = {key: getattr(state, key) for key in ("side", "against", "mode", "divider", "reference", "tone", "scale")}
+    shown = {key: getattr(state, key) for key in _SHOWN}
     tables += [_table(f"materials.pin{i}", {"lobes": [_lobe(lobe) for lobe in pin]})
                for i, pin in enumerate(state.plots.pins)]
     tables.append(_table("view", {"b": "B"} | shown | _plots(state.plots)))

@@ -51,6 +51,7 @@ class Layout:
     """Widths and heights of the panels, in em, as the user has dragged them."""
 
     LEAST, MIDDLE, PICTURE = 12.0, 30.0, 12.0
+    CRAMPED = 0.3  # of a small window's width, for each side
 
     def __init__(self):
         self.left, self.right, self.bottom = 19.0, 18.0, 0.0
@@ -62,7 +63,8 @@ class Layout:
         self.right = min(max(self.right, self.LEAST), max(width / em - self.MIDDLE - self.left, self.LEAST))
         self.bottom = self.bottom or min(max(0.26 * height / em, 15.0), 24.0)  # more plots where there is more room
         self.bottom = min(max(self.bottom, 6.0), max(height / em - self.PICTURE, 6.0))
-        return self.left * em, self.right * em, self.bottom * em
+        side = max(self.CRAMPED * width, width - (self.MIDDLE + self.LEAST) * em)
+        return min(self.left * em, side), min(self.right * em, side), min(self.bottom * em, height / 2)
 
     @staticmethod
     def splitter(name: str, width: float, height: float, axis: int) -> float:
@@ -114,7 +116,8 @@ def notice(draw, x: float, bottom: float, width: float, text: str, is_error: boo
     text = text + ("   [Esc]" if is_error else "")
     size = imgui.calc_text_size(text, wrap_width=width - em)
     height = size.y + 0.5 * em
-    draw.add_rect_filled((x, bottom - height), (x + size.x + em, bottom), _ERROR_SHADE if is_error else _SHADE, 0.2 * em)
-    draw.add_text(imgui.get_font(), em, (x + 0.5 * em, bottom - height + 0.25 * em),
-                  _ERROR_TEXT if is_error else _TEXT, text, wrap_width=width - em)
+    shade, color = (_ERROR_SHADE, _ERROR_TEXT) if is_error else (_SHADE, _TEXT)
+    draw.add_rect_filled((x, bottom - height), (x + size.x + em, bottom), shade, 0.2 * em)
+    at = x + 0.5 * em, bottom - height + 0.25 * em
+    draw.add_text(imgui.get_font(), em, at, color, text, wrap_width=width - em)
     return height + 0.3 * em

@@ -26,7 +26,7 @@ UNKNOWN, LOOK, BACKGROUND, OBJECT = 0.0, 0.25, 0.5, 1.0  # what alpha says of a 
 
 @dataclass
 class Job:
-    """A picture that was asked for. `image` [h, w, 4] has row 0 on top, and fills while the job runs; `changed` are the
+    """A picture that was asked for. `image` [h, w, 4] has row 0 on top, and fills while the job runs; `dirty` are the
     rows that are new since the window last took them."""
 
     key: object
@@ -46,8 +46,8 @@ class Job:
 
 class Truth:
     """
-    Runs the newest job; an older one ends as soon as it notices, but not before its first look, so that something is seen
-    while the camera moves.
+    Runs the newest job; an older one ends as soon as it notices, but not before its first look, so that something is
+    seen while the camera moves.
 
     job     the newest that was asked for
     shown   the newest that has something to show
@@ -165,7 +165,8 @@ def _fill(job: Job, scene, camera, image: np.ndarray, publish, cancelled) -> boo
         total = np.zeros((len(N), 3))
         if len(N):
             L, E = (traced[name][:, mask] for name in "LE")
-            f = objects.reference_value(job.state.sides["A"], *(np.tile(x, (len(L), 1)) for x in (N, T, V)), L.reshape(-1, 3))
+            frame = (np.tile(x, (len(L), 1)) for x in (N, T, V))
+            f = objects.reference_value(job.state.sides["A"], *frame, L.reshape(-1, 3))
             total = np.einsum("lni,lni->ni", f.reshape(E.shape), E)
         strip = np.zeros((rows, width, 4), np.float32)
         strip[..., 3] = coverage(traced)

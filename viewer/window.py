@@ -1,4 +1,4 @@
-"""Where the frames go: a window of GLFW, or a framebuffer without any display. The rest of the viewer sees one interface.
+"""Where the frames go: a window of GLFW, or a framebuffer without any display. The rest of the viewer sees one of both.
 
 gl        moderngl.Context, current
 size      of the content, in ImGui's coordinates
@@ -17,6 +17,7 @@ from ..lab.errors import InputError
 from . import keys
 
 TITLE = "Lobe"
+SMALLEST = 640, 400
 NO_DISPLAY = ("view: no display ({}): expected a desktop, X11 or Wayland; without one, --screenshot FILE.png draws the "
               "window into a picture")
 
@@ -31,7 +32,8 @@ class Glfw:
         self._glfw = glfw
         glfw.ERROR_REPORTING = "ignore"
         if not glfw.init():
-            raise InputError(NO_DISPLAY.format((glfw.get_error()[1] or b"GLFW does not start").decode(errors="replace")))
+            reason = (glfw.get_error()[1] or b"GLFW does not start").decode(errors="replace")
+            raise InputError(NO_DISPLAY.format(reason))
         glfw.default_window_hints()
         for hint, value in ((glfw.CONTEXT_VERSION_MAJOR, 3), (glfw.CONTEXT_VERSION_MINOR, 3),
                             (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE), (glfw.OPENGL_FORWARD_COMPAT, True),
@@ -43,6 +45,7 @@ class Glfw:
             reason = (glfw.get_error()[1] or b"").decode(errors="replace")
             raise InputError(f"view: no OpenGL 3.3 here ({reason}); install a driver, such as libgl1-mesa-dri, or use "
                              "--screenshot FILE.png")
+        glfw.set_window_size_limits(self._window, *SMALLEST, glfw.DONT_CARE, glfw.DONT_CARE)
         glfw.make_context_current(self._window)
         glfw.swap_interval(int(vsync))
         self.gl = moderngl.create_context(require=330)
