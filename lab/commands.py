@@ -466,6 +466,8 @@ def fit(data: str, count: int, settings: list[str], anisotropic: bool, seed: int
     else:
         refuse({"--set": settings}, "expected a lobe, such as lobe_GGX, with this option", "fit")
         given = samples.read(Path(data))
+        if samples.looks_like_radians(given):
+            print(f"lobe: warning: {data}: all theta are below 2 degrees; are they radians?", file=sys.stderr)
     if output and output != "-":
         files.output_file(output)
     with progress() as step:

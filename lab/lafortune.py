@@ -22,6 +22,8 @@ ALBEDO_VIEWS = (0, 30, 60, 75, 80, 85)  # degrees
 CHANNELS = ("red", "green", "blue")
 NAMES = {1: "lobe_Lafortune", 2: "lobe_Lafortune2", 3: "lobe_Lafortune3"}
 DIGITS = 6
+BLACK = 1e-30  # less is nothing
+DOUBTFUL = 0.5  # residual above which lobes do not follow the samples at all
 Step = Callable[[str, int, int], None]
 
 
@@ -113,8 +115,11 @@ def fit(samples: Samples, count: int, anisotropic: bool = False, seed: int = SEE
         if channel and (samples.f[:, channel] == samples.f[:, channel - 1]).all():
             best.append(best[-1])
             continue
+        if problem.size < BLACK:
+            best.append(problem.black)
+            continue
         starts = sorted((problem.start(*draw) for draw in draws), key=problem.error)[:STARTS]
-        starts += best  # what the other channels found keeps lobes of one kind together
+        starts += [x for x in best if x.any()]  # what the other channels found keeps lobes of one kind together
         found = []
         for i, x in enumerate(starts):
             step(f"{samples.name}: {CHANNELS[channel]}", channel * STARTS + i, STARTS * len(problems))
@@ -132,8 +137,8 @@ def require(samples: Samples, count: int, anisotropic: bool) -> None:
         raise InputError(f"{samples.name}: {distinct} different sample{'s' * (distinct != 1)}, expected at least "
                          f"{unknowns}, the unknowns of {count} lobe{'s' * (count > 1)}; take fewer lobes or add "
                          "samples")
-    if not (samples.f * samples.metric[:, None]).any(0).all():
-        raise InputError(f"{samples.name}: all values of a channel are 0, expected a reflectance; check its columns")
+    if np.max(samples.f * samples.metric[:, None]) < BLACK:
+        raise InputError(f"{samples.name}: all values are 0, expected a reflectance; check its columns")
 
 
 def rounded(lobes: Lobes) -> Lobes:
@@ -161,6 +166,8 @@ def summary(found: Fit) -> str:
              + ", ".join(f"{name} {100 * r:.2g} %" for name, r in zip(found.names, found.residual)),
              f"albedo at {', '.join(map(str, ALBEDO_VIEWS))} degrees:"]
     lines += [f"  {name:6s}{'  '.join(f'{a:.3f}' for a in column)}" for name, column in zip(found.names, albedos.T)]
+    if max(found.residual) > DOUBTFUL:
+        lines.append("the lobes do not follow these samples: values are 1/sr without the cosine, angles degrees")
     if albedos.max() > 1:
         lines.append("more than 1: where it is, the fit gives back more light than it gets")
     return "\n".join([*lines, "", found.glsl])
@@ -174,13 +181,18 @@ class Problem:
         products = samples.V * samples.L
         self.products = products if anisotropic else np.stack([products[:, 0] + products[:, 1], products[:, 2]], axis=1)
         self.size = np.sqrt(np.sum((samples.metric * f) ** 2))
-        self.metric, self.f, self.count = samples.metric / self.size, f, count
+        self.metric, self.f, self.count = samples.metric / max(self.size, BLACK), f, count
         self.anisotropic = anisotropic
         shader = catalogue.load().find(NAMES[1])[0]
         C, exponent = shader.parameter("Cx"), shader.parameter("exponent")
         width = self.products.shape[1]
         self.low = np.array([0.0] + ([C.low] * width + [np.log(exponent.low)]) * count)
         self.high = np.array([1.0] + ([C.high] * width + [np.log(exponent.high)]) * count)
+
+    @property
+    def black(self) -> np.ndarray:
+        """The unknowns of no light at all."""
+        return np.zeros(len(self.low))
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Unit C and exponents: anywhere, or near the mirror direction, where most surfaces have their highlight."""

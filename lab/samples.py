@@ -19,6 +19,7 @@ ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 CHANNELS = {"value": ("value",), "value_r": ("value_r", "value_g", "value_b")}
 HEADER = ",".join(ANGLES) + " in degrees, then value, or value_r,value_g,value_b, in 1/sr"
 VIEWS, TILTS, TURNS = 10, 12, 8
+LARGEST = 1e9  # of values and weights in a table: beyond is no reflectance
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,10 @@ def read(path: Path) -> Samples:
     return Samples(str(path), view, light, table[:, 4:-1], table[:, -1])
 
 
+def looks_like_radians(given: Samples) -> bool:
+    return bool(min(given.V[:, 2].min(), given.L[:, 2].min()) > np.cos(np.radians(2)))
+
+
 def _columns(path: Path, names: list[str]) -> tuple[str, ...]:
     values = CHANNELS["value" if "value" in names else "value_r"]
     if missing := [name for name in (*ANGLES, *values) if name not in names]:
@@ -125,7 +130,7 @@ def _numbers(row: dict, columns: tuple[str, ...], where: str) -> list[float]:
     try:
         numbers = [float(cell) for cell in cells]
     except (TypeError, ValueError):
-        raise InputError(f"{where}: {','.join(cell or '' for cell in cells)!r}, expected numbers in the columns "
+        raise InputError(f"{where}: {','.join(cell or '' for cell in cells)[:80]!r}, expected numbers in the columns "
                          f"{', '.join(columns)}") from None
     if not np.isfinite(numbers).all():
         raise InputError(f"{where}: a number is not finite; remove the row or measure it again")
@@ -133,6 +138,9 @@ def _numbers(row: dict, columns: tuple[str, ...], where: str) -> list[float]:
         if not 0 <= theta < 90:
             raise InputError(f"{where}: {name} is {theta:g}: not above the horizon, expected 0 <= {name} < 90 degrees; "
                              "remove the row")
+    if max(numbers[4:]) > LARGEST:
+        raise InputError(f"{where}: {max(numbers[4:]):g}, expected values and weights up to {LARGEST:g}; check the "
+                         "unit")
     if min(numbers[4:]) < 0:
         raise InputError(f"{where}: a value or weight is negative, expected 0 or more; remove the row, or subtract the "
                          "dark signal again")

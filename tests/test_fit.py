@@ -167,7 +167,9 @@ GOOD = ["10,0,20,180,0.5,0.4,0.3", "30,0,20,180,0.4,0.3,0.2", "10,0,60,90,0.3,0.
     ("\n".join([HEADER, *GOOD, "ten,0,20,180,0.5,0.1,0.3"]), ("line 6", "expected numbers")),
     ("\n".join([HEADER.replace("phi_o", "azimuth"), *GOOD]), ("line 1", "no column phi_o")),
     ("\n".join([HEADER.replace("value_g", "green"), *GOOD]), ("line 1", "no column value_g")),
-    ("\n".join([HEADER, *(row.rsplit(",", 3)[0] + ",0,0,0" for row in GOOD)]), ("all values", "0")),
+    ("\n".join([HEADER, *(row.rsplit(",", 3)[0] + ",0,0,0" for row in GOOD)]), ("all values are 0",)),
+    ("\n".join([HEADER, *(row.rsplit(",", 3)[0] + ",1e-300,0,0" for row in GOOD)]), ("all values are 0",)),
+    ("\n".join([HEADER, *GOOD, "10,0,20,180,0.5,1e300,0.3"]), ("line 6", "1e+300", "unit")),
     ("\0\1binary", ("bad.csv",)),
 ])
 def test_bad_tables_are_refused_in_one_line(lobe, tmp_path, text, parts):  # noqa: F811
@@ -189,6 +191,26 @@ def test_bad_usage_is_refused_in_one_line(lobe, arguments, part):  # noqa: F811
     status, out, err = lobe("fit", *arguments)
     assert status == 2 and out == ""
     one_line(err, part)
+
+
+def test_a_black_channel_is_fitted_as_black(lobe):  # noqa: F811
+    status, out, _ = lobe("fit", "lobe_Lambert", "--set", "albedo=0.25,0,0.5", "--lobes", 1, "-o", "-")
+    found = json.loads(out)
+    assert status == 0 and found["parameters"]["diffuse"][1] == 0 == found["parameters"]["Cz"][1]
+    assert [row["green"] for row in found["energy"]] == [0] * 6
+    assert found["energy"][0]["red"] == pytest.approx(0.25, rel=1e-3)
+
+
+def test_what_cannot_be_a_fit_is_said(lobe, tmp_path):  # noqa: F811
+    """Radians in place of degrees, and values that no lobes follow."""
+    angles = drawn(np.random.default_rng(SEED), 60)
+    table(tmp_path / "radians.csv", np.radians(angles), known(angles))
+    status, out, err = lobe("fit", "radians.csv", "--lobes", 1)
+    assert status == 0 and "radians?" in err and err.count("\n") == 1
+    wild = 1e6 * np.random.default_rng(SEED).random((60, 3))
+    table(tmp_path / "wild.csv", angles, wild)
+    status, out, err = lobe("fit", "wild.csv", "--lobes", 1)
+    assert status == 0 and err == "" and "do not follow" in out
 
 
 def test_a_table_may_be_grey_weighted_and_in_any_order(lobe, tmp_path):  # noqa: F811
