@@ -197,6 +197,60 @@ def test_the_traced_reference_gets_better_and_starts_again(viewer):
     assert again and status.startswith("reference: ")
 
 
+def priorities(app, hand):
+    """The nice values of the threads that have taken the processor while the reference traced, by what they are."""
+    def used():
+        found = {}
+        for task in os.listdir("/proc/self/task"):
+            with open(f"/proc/self/task/{task}/stat") as file:
+                name, rest = file.read().rsplit(")", 1)
+            numbers = rest.split()
+            found[task] = name.split("(")[1], int(numbers[16]), int(numbers[11]) + int(numbers[12])
+        return found
+
+    fresh(app)
+    app.state.reference, app.state.depth = "traced", 16
+    frames(app, 2)
+    before = used()
+    until(app, lambda: app.services.job.samples >= 4)
+    return [(name, nice, ticks - before.get(task, (0, 0, 0))[2]) for task, (name, nice, ticks) in used().items()
+            if int(task) != os.getpid() and "llvmpipe" not in name]
+
+
+def test_the_reference_gives_way_to_the_window(viewer):
+    threads = viewer.do(priorities)
+    busy = [t for t in threads if t[2] > 1]
+    assert busy and all(nice >= 10 for _, nice, _ in busy), busy
+
+
+def slow_picture(app, hand):
+    """Pictures of the environment, as if a frame had a thousandth of its time."""
+    fresh(app)
+    app.state.lights, app.state.environment = [], states.Environment(states.probes()["lobby"])
+    app.state.against, app.state.mode = "B", "shader"
+    budget, seen = picture.BUDGET, []
+    try:
+        for picture.BUDGET in (budget, 1e-3 * budget, 1e9):
+            camera.orbit(app.state, 0.1, 0.0)
+            frames(app, 1)
+            moving = app.pictures["A"].texture.size, app.pictures["A"].whole
+            until(app, lambda: app.pictures["A"].whole)
+            seen.append((moving, app.pictures["A"].texture.size, app.pictures["A"].read().copy()))
+            camera.orbit(app.state, -0.1, 0.0)
+    finally:
+        picture.BUDGET = budget
+    return seen, app.size
+
+
+def test_a_slow_picture_is_small_while_it_moves_and_whole_soon_after(viewer):
+    (_, slow, fast), size = viewer.do(slow_picture)
+    (small, complete), after, image = slow
+    assert not complete and small[0] < size[0] / 2 and small[1] < size[1] / 2
+    assert after == size
+    (_, complete), _, at_once = fast
+    assert complete and np.array_equal(image, at_once), "the same picture in strips"
+
+
 # Modes, keys, mouse.
 
 

@@ -13,9 +13,11 @@ import numpy as np
 
 from ..lab.errors import InputError
 from . import objects
-from .state import State
+from .state import State, default_lobe
 
 NICE = 19
+AWAKE_SECONDS = 2.0  # to wait for the reference's threads
+WAKING_ROWS = 1 << 16
 PASS_SECONDS = 0.2  # of one call into the tracer, after which a change is noticed
 STRIP_VALUES = 1 << 17  # pixels times lights that are computed at once
 MOST_SAMPLES = 1 << 14
@@ -63,7 +65,9 @@ class Truth:
         self.job: Job | None = None
         self.shown: Job | None = None
         self._thread = threading.Thread(target=self._run, daemon=True, name="lobe-truth")
+        self._awake = threading.Event()
         self._thread.start()
+        self._awake.wait(AWAKE_SECONDS)
 
     def ask(self, key, state: State, size: tuple[int, int]) -> Job:
         """The job with this key: the one that runs, or a new one."""
@@ -91,6 +95,8 @@ class Truth:
 
     def _run(self) -> None:
         low_priority()
+        wake_threads()
+        self._awake.set()
         while True:
             with self._condition:
                 self._condition.wait_for(lambda: self._asked or self._stop)
@@ -123,8 +129,17 @@ class Truth:
         self._changed()
 
 
+def wake_threads() -> None:
+    """Has the reference start its threads, which inherit the priority of the one that first needs them, and keep it."""
+    from lobe import reference
+
+    lobe = default_lobe("lobe_Lambert")
+    up = np.tile((0.0, 0.0, 1.0), (WAKING_ROWS, 1))
+    reference.evaluate(lobe.key, objects.lobe_rows(lobe, up, up, up, up))
+
+
 def low_priority() -> None:
-    """Gives way to the window. Threads that the reference starts from here inherit it."""
+    """Gives way to the window."""
     try:
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
     except (AttributeError, OSError):
