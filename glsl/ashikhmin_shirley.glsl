@@ -40,8 +40,10 @@ float lobe_D_AshikhminShirley(float NdotH, float TdotH, float BdotH, float nu, f
 // param  nv  float  0..1e5  1000.0  exponent along B = N x T
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp and log, and the lengths of N, V and L as in lobe_GGX
 // source      Ashikhmin, Shirley 2000, eq. 4
+// Why this form: half the exponent twice, since exp ends at -87 and f, divided by cosines, does not.
 vec3 lobe_AshikhminShirley_specular(vec3 N, vec3 T, vec3 V, vec3 L, vec3 rs, float nu, float nv) {
     vec3 H = lobe_H(V, L);
     vec2 c = lobe_cosines(N, V, L, H);
@@ -49,9 +51,10 @@ vec3 lobe_AshikhminShirley_specular(vec3 N, vec3 T, vec3 V, vec3 L, vec3 rs, flo
     vec2 n = clamp(vec2(nu, nv), 0.0, LOBE_EXPONENT_MAX);
     vec3 X = cross(N, H);
     float LdotH = 0.5 * length(H);
-    float D = lobe_D_AshikhminShirley(c.x + c.y, dot(cross(N, T), X), -dot(T, X), n.x, n.y);
-    D *= 0.25 * sqrt((n.x + 1.0) * (n.y + 1.0)) / sqrt((n.x + 2.0) * (n.y + 2.0));
-    return D / max(LdotH * max(c.x, c.y), 1e-28) * lobe_F_Schlick(LdotH, clamp(rs, 0.0, 1.0));
+    float k = lobe_D_AshikhminShirley(c.x + c.y, dot(cross(N, T), X), -dot(T, X), 0.5 * n.x, 0.5 * n.y);
+    k /= sqrt((0.5 * n.x + 2.0) * (0.5 * n.y + 2.0));  // (N.H)^(e / 2) / (2 pi)
+    float peak = 1.57079633 * sqrt((n.x + 1.0) * (n.y + 1.0)) / max(LdotH * max(c.x, c.y), 1e-28);
+    return peak * k * k * lobe_F_Schlick(LdotH, clamp(rs, 0.0, 1.0));
 }
 
 // Ashikhmin and Shirley's diffuse part: less of it towards grazing, where the highlight has more.

@@ -88,6 +88,7 @@ float lobe_A_Schlick(float TdotH, float BdotH, float p) {
 // Schlick's masking, a rational function. With sqrt(2 / pi) alpha for r it stands for Smith's of Beckmann facets.
 //   G1 = v / (r - r v + v),   v = NdotX
 // param  r  float  0..1  0.1  roughness factor; in his own model the one of Z
+// family  masking
 // units   8
 // source  Schlick 1994, eq. 19
 float lobe_G1_Schlick(float NdotX, float r) {
@@ -99,6 +100,7 @@ float lobe_G1_Schlick(float NdotX, float r) {
 //   D = m^3 x / (pi t (m x^2 - x^2 + m^2)^2),   x = t + m - 1, t = NdotH, m = alpha          [1/sr]
 // param  alpha  float  1e-4..1  0.25  microfacet width
 // normalised  yes
+// family      gaussian
 // units       8
 // source      Schlick 1994, eq. 21, over pi
 // Why this form: with d = (1 - t) / m it is D = (1 - d) / (pi t (d (2 - d) + m (1 - d)^2)^2), whose sums are of positive
@@ -119,6 +121,7 @@ float lobe_D_Schlick(float NdotH, float alpha) {
 // param  p   float  0.01..1  0.5   isotropy factor: 1 isotropic, towards 0 grooves along T
 // reciprocal  yes
 // energy      no, 4.16 at r = 0.01, p = 1.0, at 89.9 degrees; 1.042 there at 85
+// family      specular
 // units       16, the lengths of N, V and L as in lobe_GGX
 // source      Schlick 1994, eq. 29
 // Why this form: the cosines of G and of the foreshortening cancel out. T.H and B.H as in lobe_GGX_aniso.
@@ -141,6 +144,7 @@ vec3 lobe_Schlick_directional(vec3 N, vec3 T, vec3 V, vec3 L, vec3 f0, float r, 
 // param  p   float  0.01..1  0.5   isotropy factor: 1 isotropic, towards 0 grooves along T
 // reciprocal  yes
 // energy      no, 286.3 at r = 0.5, p = 1.0, at 89.9 degrees, unbounded beyond
+// family      specular
 // units       16, the lengths of N, V and L as in lobe_GGX
 // source      Schlick 1994, eq. 30
 // The mirror part is lobe_Schlick_mirror.
@@ -227,13 +231,16 @@ vec3 lobe_sample_Schlick(vec3 N, vec3 T, float r, float p, vec2 u) {
 // Density of lobe_reflect(H, V) for H = lobe_sample_Schlick(...), over the solid angle of L.
 //   pdf = Z A^2 N.H / (4 pi V.H),   H of unit length                                         [1/sr]
 // param  r  float  1e-8..1  0.1  roughness factor, alpha^2
-// param  p  float  0.2..1  0.5  isotropy factor: 1 isotropic, towards 0 grooves along T
+// param  p  float  0.01..1  0.5  isotropy factor: 1 isotropic, towards 0 grooves along T
 // units   16, the lengths of N, V and L as in lobe_GGX
 // source  as lobe_sample_Schlick
-// Below p = 0.2 the azimuth of an H that is within a few roundings of N, which is noise, rules A^2.
+// Within a rounding of the pole, 1e-7, the azimuth is noise, and A^2 with it: anything in p..1 / p.
 // 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+// Why this form: where V and L are nearly opposite and H is nearly at right angles to N, a second step of lobe_H gives
+// N.H the digits that the first has not.
 float lobe_pdf_Schlick(vec3 N, vec3 T, vec3 V, vec3 L, float r, float p) {
-    vec3 H = lobe_H(V, L);
+    vec3 H = lobe_H(V, L), across = V - L;
+    H -= 0.25 * dot(H, across) * across;
     float NdotV = dot(N, V), NH = dot(N, H);
     if (min(NdotV, NH) <= 0.0) return 0.0;
     vec3 X = cross(N, H);
