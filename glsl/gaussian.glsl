@@ -15,7 +15,7 @@
 // Gaussian distribution of the facets' tilt from a cosine, with the cosine but without a factor: 1 at its peak.
 //   D = cos(d) exp(-(d / alpha)^2),   d the angle between the normal and the half vector [rad]
 // param  alpha  float  1e-4..4  0.25  angle at which exp has fallen to 1/e [rad]
-// normalised  no, its integral is about pi alpha^2: 0.0314 at alpha = 0.1
+// normalised  no, its integral is 0.0311 at alpha = 0.1, 1.33 at alpha = 1: about pi alpha^2 where narrow
 // units       16, exp, and a fit stands for atan
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Take the vector form where alpha is small, as in lobe_D_GGX.
@@ -34,7 +34,7 @@ float lobe_D_Gaussian(float NdotH, float alpha) {
 // Gaussian distribution of the facets' tilt, with the cosine but without a factor: 1 at its peak; H may have any length.
 //   D = cos(d) exp(-(d / alpha)^2),   d the angle between the normal and the half vector [rad]
 // param  alpha  float  1e-4..4  0.25  angle at which exp has fallen to 1/e [rad]
-// normalised  no, its integral is about pi alpha^2: 0.0314 at alpha = 0.1
+// normalised  no, its integral is 0.0311 at alpha = 0.1, 1.33 at alpha = 1: about pi alpha^2 where narrow
 // units       16, exp, and a fit stands for atan
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Why this form: tan(d / 2) = |N x H| / (|H| + N.H) keeps its digits at the peak.
@@ -55,6 +55,7 @@ float lobe_D_Gaussian(vec3 N, vec3 H, float alpha) {
 //   n = pi times the integral of exp(-(d / alpha)^2) sin(2 d) over d in 0..pi/2              [1/sr]
 // param  alpha  float  1e-4..4  0.25  angle at which D has fallen to 1/e [rad]
 // normalised  yes
+// family      gaussian
 // units       16, exp, and fits stand for atan and n
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Take the vector form where alpha is small, as in lobe_D_GGX.
@@ -80,6 +81,7 @@ float lobe_D_Gaussian_normalized(float NdotH, float alpha) {
 //   n = pi times the integral of exp(-(d / alpha)^2) sin(2 d) over d in 0..pi/2              [1/sr]
 // param  alpha  float  1e-4..4  0.25  angle at which D has fallen to 1/e [rad]
 // normalised  yes
+// family      gaussian
 // units       16, exp, and fits stand for atan and n
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Why this form: half the exponent twice, since exp ends at -87 and V can be large where D is small.
@@ -106,6 +108,7 @@ float lobe_D_Gaussian_normalized(vec3 N, vec3 H, float alpha) {
 // param  alpha  float  1e-4..4  0.25  angle at which D has fallen to 1/e [rad]
 // reciprocal  yes
 // energy      <= 1
+// family      specular
 // units       16, exp, and the lengths of N, V and L as in lobe_GGX
 // source      Torrance, Sparrow 1967, with 1/4 in the place of their constant; Schlick 1994, eq. 15
 // Draw from lobe_sample_GGX of the same alpha: its tail is the longer one, so that weights stay bounded. Beckmann's is not.
