@@ -16,6 +16,7 @@
 //   D = exp(-tan^2 / alpha^2) / (pi alpha^2 NdotH^4),   tan^2 = (1 - NdotH^2) / NdotH^2      [1/sr]
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // normalised  yes
+// family      gaussian
 // units       16, exp
 // source      Beckmann, Spizzichino 1963; Walter et al. 2007, eq. 25
 // Take the vector form where alpha is small: the rounding of NdotH alone costs 0.4 % at alpha = 0.01, 8 % at 0.002.
@@ -29,6 +30,7 @@ float lobe_D_Beckmann(float NdotH, float alpha) {
 //   D = exp(-tan^2 / alpha^2) (1 + tan^2)^2 / (pi alpha^2),   tan = |N x H| / (N.H)           [1/sr]
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // normalised  yes
+// family      gaussian
 // units       16, exp
 // source      Beckmann, Spizzichino 1963; Walter et al. 2007, eq. 25
 // Why this form: |N x H| keeps its digits at the peak, where 1 - NdotH^2 has none, and the tangent knows no lengths.
@@ -64,6 +66,7 @@ float lobe_D_Beckmann_aniso(float NdotH, float TdotH, float BdotH, float alphaX,
 //   G1 = 2 / (1 + erf(v) + exp(-v^2) / (v sqrt(pi))),   v = c / (alpha sqrt(1 - c^2)), c = NdotX
 // param  NdotX  cosine  1e-6..1  0.7  cosine of the direction
 // param  alpha  float   0..4     0.25  microfacet width
+// family  masking
 // units   16, a rational fit stands for erf and exp
 // source  Smith 1967; Walter et al. 2007, section 5.2
 // Why this form: G1 / v is smooth, and 2.3e-8 off at most in a rational fit (lab/fits.py). From v = 3.4 on G1 is
@@ -84,6 +87,7 @@ float lobe_G1_Beckmann(float NdotX, float alpha) {
 // param  NdotX  cosine  1e-6..1  0.7  cosine of the direction
 // param  alpha  float   0..4     0.25  microfacet width
 // approximates  lobe_G1_Beckmann  max error 0.0032 relative  everywhere
+// family  masking
 // units   8
 // source  Walter et al. 2007, section 5.2
 float lobe_G1_Beckmann_fast(float NdotX, float alpha) {

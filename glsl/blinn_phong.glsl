@@ -68,6 +68,7 @@ float lobe_pow_Gaussian(float s, float exponent) {
 //   D = (exponent + 2) / (2 pi) NdotH^exponent                                     [1/sr]
 // param  exponent  float  1..1e6  50.0  exponent of the cosine
 // normalised  yes
+// family      gaussian
 // units       16, exp and log
 // source      Blinn 1977; Walter et al. 2007, eq. 30
 // Why this form: NdotH^exponent as exp2 and log2 costs 14 cycles in place of 48 (NAVI21), but is 1e-4 off (rms, to
@@ -83,6 +84,7 @@ float lobe_D_BlinnPhong(float NdotH, float exponent) {
 //   D = (exponent + 2) / (2 pi) (1 + tan^2)^(-exponent / 2),   tan = |N x H| / (N.H)          [1/sr]
 // param  exponent  float  1..1e6  50.0  exponent of the cosine between N and H
 // normalised  yes
+// family      gaussian
 // units       16, exp and log
 // source      Blinn 1977; Walter et al. 2007, eq. 30
 float lobe_D_BlinnPhong(vec3 N, vec3 H, float exponent) {
@@ -121,6 +123,7 @@ vec3 lobe_Phong(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {
 // param  exponent  float  1..1e6  50.0  exponent of the cosine about the mirror direction
 // reciprocal  no, NdotL divides and NdotV does not
 // energy      no, 3.1416 at exponent = 1, at 0 degrees: 2 pi / (exponent + 1) there
+// family      specular
 // units       16, exp and log
 // source      Phong 1975
 vec3 lobe_Phong_1975(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {

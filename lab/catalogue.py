@@ -20,7 +20,7 @@ from .paths import GLSL
 WIDTHS = {"float": 1, "vec2": 2, "vec3": 3}
 PARAMETER_TYPES = {"float": "float", "cosine": "float", "color": "vec3", "vec3": "vec3", "vec2": "vec2"}  # as a header writes them
 KEYWORDS = ("param", "reciprocal", "energy", "normalised", "units", "source", "approximates", "family")
-FAMILIES = ("fresnel", "distribution", "masking", "diffuse", "power", "specular", "albedo")  # charted together
+FAMILIES = ("fresnel", "distribution", "gaussian", "masking", "diffuse", "power", "specular", "albedo")  # charted together
 EXACT = "exact"  # what an approximation names when it stands for no other function
 MAX_UNITS = 16  # more needs a derivation beside it, which a `units` line says after the number
 

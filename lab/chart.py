@@ -110,7 +110,7 @@ def label(row: dict) -> str:
     short = row["function"].removeprefix("lobe_")
     if not types:
         return short
-    told = {"vec3": " (vectors)", "float": " (cosine)"}[types[1]] if row["family"] == "distribution" else ""
+    told = {"vec3": " (vectors)", "float": " (cosine)"}[types[1]] if row["family"] in ("distribution", "gaussian") else ""
     return short.replace(types[0], told)
 
 

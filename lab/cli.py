@@ -177,7 +177,7 @@ def reference(
 @app.command()
 def chart(
     family: Annotated[list[str], typer.Option("--family", help="Only this family or chart (repeatable): fresnel, distribution, "
-                                              "masking, diffuse, power, specular, albedo.")] = None,
+                                              "gaussian, masking, diffuse, power, specular, albedo.")] = None,
     device: Annotated[str, typer.Option("--device", help="isa (AMD's compiled code, no GPU needed), gl (time on this "
                                         "machine's OpenGL) or all.")] = "isa",
     peers: Annotated[bool, typer.Option("--peers", help="Also LYGIA, three.js and MaterialX, fetched into the cache.")] = False,

@@ -22,14 +22,19 @@ from .isa import Call
 
 Inputs = dict[str, np.ndarray]  # name -> [n, width]
 POINTS, SEED = 1 << 13, 2026
+ISOTROPY = 0.5  # Schlick's p
 OURS, TEXTBOOK = "lobe", "textbook"
 POWER = "s^n"  # the one exact term that no function of the reference is
 PICTURE_ALPHAS = (0.03, 0.15, 0.5)
 GGX, D_GGX = "lobe_GGX(vec3,vec3,vec3,vec3,float)", "lobe_D_GGX(vec3,vec3,float)"
+D_BECKMANN, G1_BECKMANN = "lobe_D_Beckmann(vec3,vec3,float)", "lobe_G1_Beckmann(float,float)"
 V_GGX, SCHLICK = "lobe_V_GGX(float,float,float)", "lobe_F_Schlick(float,vec3)"
 OREN_NAYAR, EON = (f"lobe_OrenNayar{x}(vec3,vec3,vec3,vec3,float)" for x in ("", "_EON"))
 STANDS_FOR = {"lobe_GGX_Kelemen": GGX, "lobe_Lambert": OREN_NAYAR, "lobe_OrenNayar_qualitative": OREN_NAYAR}
 """Of what no header calls an approximation, since it is a model in its own right, and people take it for another."""
+
+PEERS_OF = {"distribution": "lobe_D_GGX", "masking-beckmann": "lobe_G1_Beckmann"}
+"""Of whose counterparts in other libraries a chart shows; of all that it can call where nothing is named."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +115,7 @@ def exact_values(stands_for: str, x: Inputs) -> np.ndarray:
 
 def aliases(x: Inputs) -> Inputs:
     """Inputs by the other names that functions have for them."""
-    same = {"rs": "f0", "h": "exponent"}
+    same = {"rs": "f0", "h": "exponent", "nu": "exponent", "nv": "exponent", "T": "X", "alphaX": "alpha", "alphaY": "alpha"}
     return {name: x[other] for name, other in same.items() if other in x}
 
 
@@ -158,7 +163,7 @@ def _peer(chart: Chart, peer, guards: bool) -> Member | None:
     words = set(re.findall(r"\w+", call))
     call = chart.bound(call, p.parameters | {n: "vec3" for n in ("N", "V", "L", "H", "X") if n in words})
     is_another = bool(chart.own and p.exact and not p.stands_for)
-    is_another |= chart.name == "distribution" and not p.function.name.startswith("lobe_D_GGX")
+    is_another |= not p.function.name.startswith(PEERS_OF.get(chart.name, ""))
     if call is None or is_another or (WIDTHS[p.function.result] == 2) != (chart.name == "albedo"):
         return None
     stands_for = p.stands_for or _stands_for(chart, catalogue.load(), p.function) if chart.own else chart.exact
@@ -188,6 +193,7 @@ def highlights(count: int, lowest: float = 0.003) -> Inputs:
     seen = np.flatnonzero((np.minimum(geometry.dot(N, L), geometry.dot(V, H)) > 1e-4)[:, 0])[:count]
     return _rounded({"N": N[seen], "V": V[seen], "L": L[seen], "X": T[seen], "alpha": alpha[seen],
                      "perceptual": np.sqrt(alpha[seen]), "exponent": np.maximum(2 / alpha[seen] ** 2 - 2, 1.0),
+                     "r": alpha[seen] ** 2, "p": np.full((len(seen), 1), ISOTROPY),
                      "f0": np.where(rng.random((len(seen), 1)) < 0.5, 0.04, rng.uniform(0.3, 1.0, (len(seen), 3)))})
 
 
@@ -208,6 +214,22 @@ def _rounded(x: Inputs) -> Inputs:
 def _half(x: Inputs) -> Inputs:
     """With H = V + L of the rounded vectors."""
     return {"N": x["N"], "H": x["V"] + x["L"], "X": x["X"], "alpha": x["alpha"]}
+
+
+def _gaussian_halves(count: int) -> Inputs:
+    """Half vectors of Beckmann's distribution."""
+    rng = np.random.default_rng(SEED)
+    alpha = 0.7 * (0.003 / 0.7) ** rng.random((count, 1))
+    N = geometry.normalize(rng.normal(size=(count, 3)))
+    tangent2 = -(alpha**2) * np.log1p(-rng.random((count, 1)))
+    H = _direction(rng, N, _tangent(N), 1 / np.sqrt(1 + tangent2)) * rng.uniform(0.1, 2, (count, 1))
+    return _rounded({"N": N, "H": H, "alpha": alpha, "exponent": 2 / alpha**2 - 2})
+
+
+def _one_sided(count: int) -> Inputs:
+    rng = np.random.default_rng(SEED)
+    alpha = 0.01 ** rng.random((count, 1))
+    return _rounded({"NdotX": _over(rng, count, 1e-3, 1), "alpha": alpha, "r": np.sqrt(2 / np.pi) * alpha})
 
 
 COSINES = ("NdotV", "NdotL", "NdotH", "LdotH", "VdotH")
@@ -282,7 +304,7 @@ def _frame(seen: scenes.Pixels, alpha: float, **constants) -> Inputs:
     """Directions and constants at each pixel, [lights, n, width]."""
     shape = seen.L.shape[:2]
     spread = {n: np.broadcast_to(v, seen.L.shape) for n, v in (("N", seen.N), ("V", seen.V), ("X", seen.T))}
-    constants |= {"alpha": alpha, "perceptual": np.sqrt(alpha), "exponent": 2 / alpha**2 - 2}
+    constants |= {"alpha": alpha, "perceptual": np.sqrt(alpha), "exponent": 2 / alpha**2 - 2, "r": alpha**2, "p": ISOTROPY}
     values = {n: np.broadcast_to(np.atleast_1d(v), (*shape, np.size(v))) for n, v in constants.items()}
     return _rounded(spread | {"L": seen.L} | values)
 
@@ -295,6 +317,15 @@ def _terms(seen: scenes.Pixels, alpha: float, *keys: str) -> np.ndarray:
     above = np.minimum(*(geometry.dot(seen.N, v) for v in (seen.V, seen.L))) > 0
     product = np.prod([np.broadcast_to(exact_values(k, x), seen.L.shape) for k in keys], axis=0)
     return np.where(above, product, 0.0) * seen.E
+
+
+def _masked(seen, alpha):
+    """Of V, where L is masked by the exact term."""
+    cosines = _cosines(_frame(seen, alpha))
+    NdotV, NdotL = (cosines[n].astype(float) for n in ("NdotV", "NdotL"))
+    rest = exact_values(G1_BECKMANN, {"NdotX": NdotL, "alpha": cosines["alpha"]}) / (4 * NdotV * NdotL)
+    x = {"NdotX": cosines["NdotV"], "alpha": cosines["alpha"], "r": np.float32(np.sqrt(2 / np.pi)) * cosines["alpha"]}
+    return x, _terms(seen, alpha, D_BECKMANN, SCHLICK) * rest
 
 
 def _incidence(seen: scenes.Pixels) -> np.ndarray:
@@ -340,9 +371,10 @@ _LOBE = {"N": "vec3", "V": "vec3", "L": "vec3"}
 _HIGHLIGHTS = "directions as in an image: half vectors from the NDF, 30 % of the views at grazing, alpha 0.003..1"
 CHARTS = (
     Chart("specular", "specular", "Whole specular lobes",
-          _LOBE | {"f0": "vec3", "alpha": "float", "perceptual": "float", "X": "vec3", "exponent": "float"}, GGX,
-          f"{_HIGHLIGHTS}; f0 0.04 or a metal's", highlights,
-          lambda seen, alpha: (_frame(seen, alpha, f0=(1.0, 0.78, 0.34)), seen.E), {"rs": "f0"}, own=True),
+          _LOBE | {"f0": "vec3", "X": "vec3"} | {n: "float" for n in ("alpha", "perceptual", "exponent", "r", "p")}, GGX,
+          f"{_HIGHLIGHTS}; f0 0.04 or a metal's; of anisotropic lobes both widths are alpha, Schlick's p is {ISOTROPY:g}",
+          highlights, lambda seen, alpha: (_frame(seen, alpha, f0=(1.0, 0.78, 0.34)), seen.E),
+          {"rs": "f0", "T": "X", "alphaX": "alpha", "alphaY": "alpha", "nu": "exponent", "nv": "exponent"}, own=True),
     Chart("fresnel-dielectric", "fresnel", "Fresnel terms of dielectrics",
           {"cosI": "float", "eta": "float", "f0": "float"},
           "lobe_F_dielectric(float,float)", "cosI 0..1, eta 1.2..2.5", _dielectrics, _glass,
@@ -356,6 +388,15 @@ CHARTS = (
           lambda n: _half(highlights(n)),
           lambda seen, alpha: (_half(_frame(seen, alpha)), _terms(seen, alpha, V_GGX, SCHLICK)),
           {"NdotH": "dot(N, normalize(H))", "unitH": "normalize(H)"}),
+    Chart("gaussian", "gaussian", "Distributions of normals that stand for Beckmann's",
+          {"N": "vec3", "H": "vec3", "alpha": "float", "exponent": "float"}, D_BECKMANN,
+          "half vectors from Beckmann's distribution, alpha 0.003..0.7; a power's exponent is 2 / alpha^2 - 2", _gaussian_halves,
+          lambda seen, alpha: (_half(_frame(seen, alpha)) | {"exponent": _frame(seen, alpha)["exponent"]},
+                               _terms(seen, alpha, V_GGX, SCHLICK)),
+          {"NdotH": "dot(N, normalize(H))"}),
+    Chart("masking-beckmann", "masking", "Smith's masking of Beckmann facets, G1",
+          {"NdotX": "float", "alpha": "float", "r": "float"}, G1_BECKMANN,
+          "cosine 0.001..1, alpha 0.01..1; Schlick's r is sqrt(2 / pi) alpha", _one_sided, _masked),
     Chart("masking", "masking", "Masking and shadowing over the foreshortening, V = G / (4 NdotV NdotL)",
           {n: "float" for n in (*COSINES, "alpha")}, V_GGX, _HIGHLIGHTS,
           lambda n: _cosines(highlights(n)),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import catalogue
 from . import chart as charts
 from . import cost, families, files, isa, peers_measured, plots
 from .families import OURS, TEXTBOOK, Chart
@@ -17,7 +18,7 @@ from .peers_measured import TIE
 PAGE = ROOT / "docs" / "findings.md"
 FIGURE = ROOT / "docs" / "figures" / "cost-ggx.svg"
 FIRST = "isa:NAVI21"  # the device of which sentences speak where they name none
-PEERS = cost.RESULTS.with_name("peers.json")
+PEERS, ROUNDING = (cost.RESULTS.with_name(name) for name in ("peers.json", "compare.json"))
 Judged = dict[tuple[str, str], dict]
 NOT_MEASURED = "not measured"
 GOAL, GOAL_RMS = 52, 6.2e-5  # cycles and rms error that were asked of lobe_GGX, grey and without horizon rule
@@ -40,8 +41,22 @@ def page(found: dict, gpu: dict | None = None) -> str:
             lines += ["", f"## {chart.title}", "", *(f"* {s}" for s in _chart(chart, rows, found, judged))]
     goal = _goal(found, judged)
     lines += ["", "## Whole GGX against the figures that were asked for", "", *(f"* {s}" for s in goal)]
+    lines += ["", "## On no chart", "", "Lobes and terms that stand for nothing else here: their cost, and their worst rounding error in the units "
+              "of [compare.json](../benchmarks/results/compare.json).", "", *_uncharted(found)]
     lines += ["", "## Cycles and time", "", *(f"* {s}" for s in _time(found, gpu))]
     return "\n".join(lines) + "\n"
+
+
+def _uncharted(found: dict) -> list[str]:
+    library, charted = catalogue.load(), {r["key"] for r in found["results"]}
+    worst = json.loads(ROUNDING.read_text())["functions"]
+    lines = ["| function | cycles | worst error / allowed, units |", "|---|---:|---:|"]
+    for f in library.functions:
+        if f.kind in ("lobe", "term") and f.key not in charted and f.key in found["functions"]:
+            row, name = worst.get(library.label(f)), library.label(f)
+            error = f"{row['max_units']:.1f} / {row['units_allowed']}" if row else NOT_MEASURED
+            lines.append(f"| `{name}` | {found['functions'][f.key][FIRST.partition(':')[2]]['inverse_throughput']} | {error} |")
+    return lines
 
 
 def _chart(chart: Chart, rows: list[dict], found: dict, judged: Judged) -> list[str]:

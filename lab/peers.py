@@ -277,7 +277,7 @@ _TABLE = (
        narrowed=_ALPHA, note="forms 1 - NdotH^2, and uses its vectors on mobile and WebGL only"),
     _L("GGX(vec3,vec3,float,float), mobile", "distribution", D_VECTORS, "GGX(N, unitH, NdotH, alpha)", setting=MOBILE,
        narrowed=_ALPHA, exact=exactly.capped(D_VECTORS, 65504.0), formula="min(D, 65504)"),
-    _L("beckmann", "distribution", "lobe_D_Beckmann(float,float)", "beckmann(NdotH, alpha)", narrowed=_ALPHA),
+    _L("beckmann", "gaussian", "lobe_D_Beckmann(float,float)", "beckmann(NdotH, alpha)", narrowed=_ALPHA),
     _T("D_GGX", "distribution", D_COSINE, "D_GGX(alpha, NdotH)", narrowed=_ALPHA),
     _T("D_GGX_Anisotropic", "distribution", D_ANISO, "D_GGX_Anisotropic(alphaX, alphaY, NdotH, TdotH, BdotH)",
        setting=_ANISOTROPIC),

@@ -285,3 +285,14 @@ class TestKelemen:
         tan = np.tan(np.radians((45, 80, 89, 89.9)))
         for alpha, ratios in numbers(errata.kelemen_pointwise()).items():
             assert ratios == pytest.approx(np.sqrt(1 + (float(alpha) * tan) ** 2), rel=1e-9)  # 1 / G2
+
+
+def test_every_erratum_names_what_does_it_right():
+    from lobe.lab import catalogue
+
+    library, text = catalogue.load(), read("lecture-errata.md")
+    known = {f.name for f in library.functions} | set(library.constants)
+    rows = re.findall(r"^\| \[(\d+)\]\(#[^)]*\) \|[^|]*\| (.*) \|$", text, re.M)
+    assert [int(n) for n, _ in rows] == list(range(1, 15))
+    assert all(re.findall(r"`(\w+)`", named) for _, named in rows)
+    assert set(re.findall(r"`((?:lobe|LOBE)_\w+)`", text)) <= known
