@@ -16,6 +16,7 @@ from ..lab.catalogue import Function
 
 Values = dict[str, tuple[float, ...]]  # of the parameters that are no geometry
 Columns = dict[str, np.ndarray]  # parameter -> float32 [n, width]
+Rule = Callable[..., tuple]  # frames and weights of an integral over lights: `lights` or `halves`
 Evaluate = Callable[[Function, Columns], np.ndarray]  # values [n, k]
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB
@@ -114,24 +115,28 @@ def _pieces(centre: float, low: float, high: float, count: int, width: float) ->
     return np.concatenate([side(low, below + 1)[:0:-1], upper]) if below else upper
 
 
-def albedo(function: Function, values: Values, angles: np.ndarray, azimuth: float = 0.0) -> Curve:
+def albedo(function: Function, values: Values, angles: np.ndarray, azimuth: float = 0.0,
+           rule: Rule | None = None) -> Curve:
     """Directional albedo over the angle of the view, radians: f times N.L, integrated over lights."""
-    frames, weights = over_lights([function], angles, np.full(len(angles), azimuth))
+    frames, weights = over_lights([function], angles, np.full(len(angles), azimuth), rule or lights)
 
     def integrate(f):
         return np.einsum("vl,vlk->vk", weights, f.reshape(*weights.shape, -1))
     return Curve(function, np.asarray(angles), columns(function, values, *frames), integrate)
 
 
-def over_lights(functions: list[Function], angles: np.ndarray, azimuths: np.ndarray, count: int = 48):
-    """Frames [views * lights, 3] and weights [views, lights], with N.L, to integrate functions over lights; the views
-    are at angles from N and azimuths from T.
+def is_slow(functions: list[Function]) -> bool:
+    """Whether the reference of one of them integrates, which takes a fraction of a millisecond a point."""
+    return any(compare.is_quadrature(f) for f in functions)
 
-    A reference that integrates takes a fraction of a millisecond a point; what it integrates is smooth: fewer nodes.
+
+def over_lights(functions: list[Function], angles: np.ndarray, azimuths: np.ndarray, rule: Rule, count: int = 48):
+    """Frames [views * lights, 3] and weights [views, lights], with N.L, to integrate functions over lights by a rule.
+
+    The views are at angles from N and azimuths from T. What slow functions integrate is smooth: they get fewer nodes.
     """
-    slow = any(compare.is_quadrature(f) for f in functions)
-    rule = {"count": count // 6, "width": 0.3} if slow else {"count": count}
-    rules = [lights(min(max(view, 1e-4), HORIZON), azimuth, **rule) for view, azimuth in zip(angles, azimuths)]
+    sizes = {"count": count // 6, "width": 0.3} if is_slow(functions) else {"count": count}
+    rules = [rule(min(max(view, 1e-4), HORIZON), azimuth, **sizes) for view, azimuth in zip(angles, azimuths)]
     return [np.concatenate(vectors) for vectors in zip(*(frame for frame, _ in rules))], np.stack([w for _, w in rules])
 
 
@@ -145,6 +150,22 @@ def lights(view: float, azimuth: float = 0.0, count: int = 48, width: float = 1e
     weight = np.outer(theta_weight * np.sin(theta) * np.cos(theta), phi_weight).ravel()
     L = quadrature.spherical(theta[:, None], phi)
     return quadrature.framed(quadrature.spherical(view, 0.0), L, -azimuth), weight
+
+
+def halves(view: float, azimuth: float = 0.0, count: int = 48, width: float = 1e-4):
+    """As `lights`, with half vectors for nodes, which crowd about N and about the planes of T and B.
+
+    For highlights that are many times wider along T than along B: no rule about the mirror direction follows their ridges.
+    """
+    theta, theta_weight = quadrature.graded(0.0, np.pi / 2, width, count)
+    phi, phi_weight = quadrature.joined(*(quadrature.graded(a, a + b, 10 * width, count // 2)
+                                          for a in np.arange(4) * np.pi / 2 for b in (-np.pi / 4, np.pi / 4)))
+    V, H = quadrature.spherical(view, 0.0), quadrature.spherical(theta[:, None], phi - azimuth)
+    VdotH = geometry.dot(V, H)
+    L = 2 * VdotH * H - V
+    weight = 4 * VdotH[:, 0] * L[:, 2] * np.outer(theta_weight * np.sin(theta), phi_weight).ravel()  # dL = 4 V.H dH
+    seen = (VdotH[:, 0] > 0) & (L[:, 2] > np.pi / 2 - HORIZON)
+    return quadrature.framed(V, np.where(seen[:, None], L, UP), -azimuth), np.where(seen, weight, 0.0)
 
 
 # --- terms ------------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ import numpy as np
 from ..lab import quadrature
 from ..lab.catalogue import Function
 from . import curves
-from .curves import Evaluate, Values
+from .curves import Evaluate, Rule, Values
 
 Material = list[tuple[Function, Values]]
 
@@ -24,6 +24,7 @@ RECIPROCAL = 1e-6  # relative; what differs by less is rounding of the narrowest
 VIEWS = np.radians([0.5, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 89.0])
 AZIMUTHS = 10 * VIEWS  # so that none of an anisotropic lobe's symmetries is favoured
 FINE, COARSE = 48, 42  # nodes of the quadrature, and of one that tells how far it can be trusted
+SURE = 1e-3  # difference of the two at which no other rule is tried
 
 
 @dataclass(frozen=True)
@@ -73,15 +74,24 @@ def total(material: Material, frames, evaluate: Evaluate) -> np.ndarray:
 
 
 def measure(material: Material, evaluate: Evaluate = curves.reference_values) -> Plausibility:
-    fine, coarse = (_albedos(material, count, evaluate) for count in (FINE, COARSE))
-    worst = np.unravel_index(np.argmax(fine), fine.shape)
-    return Plausibility(asymmetry(material, evaluate), float(fine[worst]), float(VIEWS[worst[0]]),
-                        float(abs(fine - coarse).max()))
+    _, albedo, doubt = integrated(material, evaluate)
+    worst = np.unravel_index(np.argmax(albedo), albedo.shape)
+    return Plausibility(asymmetry(material, evaluate), float(albedo[worst]), float(VIEWS[worst[0]]), doubt)
 
 
-def _albedos(material: Material, count: int, evaluate: Evaluate) -> np.ndarray:
-    """[views, 3]"""
-    frames, weights = curves.over_lights([f for f, _ in material], VIEWS, AZIMUTHS, count)
+def integrated(material: Material, evaluate: Evaluate = curves.reference_values) -> tuple[Rule, np.ndarray, float]:
+    """The rule that integrates a material best, its albedo [views, 3], and by how much fewer nodes would change it."""
+    found = []
+    for rule in (curves.lights,) if curves.is_slow([f for f, _ in material]) else (curves.lights, curves.halves):
+        fine, coarse = (_albedos(material, rule, count, evaluate) for count in (FINE, COARSE))
+        found.append((rule, fine, float(abs(fine - coarse).max())))
+        if found[-1][2] <= SURE:
+            break
+    return min(found, key=lambda one: one[2])
+
+
+def _albedos(material: Material, rule: Rule, count: int, evaluate: Evaluate) -> np.ndarray:
+    frames, weights = curves.over_lights([f for f, _ in material], VIEWS, AZIMUTHS, rule, count)
     return np.einsum("vl,vlk->vk", weights, total(material, frames, evaluate).reshape(*weights.shape, 3))
 
 
@@ -96,7 +106,8 @@ def asymmetry(material: Material, evaluate: Evaluate = curves.reference_values) 
 
 def loss(A: Material, B: Material, evaluate: Evaluate = curves.reference_values) -> Loss:
     """From A to B."""
-    frames, weights = curves.over_lights([f for f, _ in A + B], VIEWS, AZIMUTHS)
+    rule, _, _ = integrated(A + B, evaluate)
+    frames, weights = curves.over_lights([f for f, _ in A + B], VIEWS, AZIMUTHS, rule)
     a, b = (total(m, frames, evaluate).reshape(*weights.shape, 3) for m in (A, B))
     sent = np.sum(weights * curves.luminance(a), 1)
     moved = np.sum(weights * abs(curves.luminance(a - b)), 1) / np.maximum(sent, 1e-30)

@@ -11,7 +11,7 @@ import numpy as np
 from imgui_bundle import imgui, implot, implot3d
 
 from ..lab.catalogue import Function
-from . import choices, curves, theme
+from . import choices, curves, plausible, theme
 from .curves import Curve
 from .lobe_panel import wrapped
 from .services import Services
@@ -285,8 +285,9 @@ def _albedo_series(state: State, services: Services) -> list[Series]:
     plots, found, azimuth = state.plots, [], np.radians(state.plots.azimuth)
     for m, (name, material) in enumerate(materials(state)):
         def make(material=material):
-            return [[curves.albedo(lobe.function, lobe.values, np.array([a]), azimuth) for lobe in material]
-                    for a in ALBEDO_ANGLES]
+            rules = [plausible.integrated([(lobe.function, lobe.values)])[0] for lobe in material]
+            return [[curves.albedo(lobe.function, lobe.values, np.array([a]), azimuth, rule)
+                     for lobe, rule in zip(material, rules)] for a in ALBEDO_ANGLES]
 
         label = f"{name} {_name(material)}{', dashed' if m else ''}"
         for is_reference, key, lists in values(services, f"albedo {m}", _key(material, azimuth), make, ALBEDO_PART,
