@@ -12,6 +12,7 @@ from window_session import ALT, SHIFT, Display, Session, frames, until
 
 from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
+from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
 from lobe.viewer import camera, picture, plots, state as states, truth
 from lobe.viewer.state import MODES
@@ -440,19 +441,19 @@ def test_a_mesh_is_dropped(viewer, tmp_path, suffix):
 
     path = tmp_path / f"box{suffix}"
     trimesh.creation.box().export(path)
-    viewer.do(lambda_fresh)
+    viewer.do(start_again)
     wrong, _, after = viewer.do(drop, path)
     assert not wrong and after["object"] == str(path)
 
 
-def lambda_fresh(app, hand):
+def start_again(app, hand):
     fresh(app)
 
 
 def test_an_environment_is_dropped(viewer, tmp_path):
     path = tmp_path / "sky.exr"
     files.write_exr(path, {"RGB": np.ones((8, 16, 3), np.float32)})
-    viewer.do(lambda_fresh)
+    viewer.do(start_again)
     wrong, _, after = viewer.do(drop, path)
     assert not wrong and after["environment"]["file"] == path
 
@@ -480,7 +481,7 @@ def test_what_is_no_file_of_ours_is_told_and_changes_nothing(viewer, tmp_path, n
     path = tmp_path / name
     if content is not None:
         path.write_bytes(content)
-    viewer.do(lambda_fresh)
+    viewer.do(start_again)
     wrong, before, after = viewer.do(drop, path)
     assert len(wrong) == 1 and expected in wrong[0] and "\n" not in wrong[0]
     assert before == after
@@ -523,6 +524,18 @@ def test_sessions_and_pictures_are_saved(viewer, tmp_path, against):
 
 def test_sessions_know_every_plot():
     assert tuple(plots.KINDS) == states.PLOTS
+
+
+EXAMPLES = {"brushed-disc": "plane", "clay-bunny": "bunny", "furnace": "sphere", "gold-teapot": "teapot",
+            "plastic-suzanne": "suzanne"}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_scenes_open(viewer, name):
+    viewer.do(start_again)
+    wrong, _, after = viewer.do(drop, ROOT / "examples" / "scenes" / f"{name}.toml")
+    assert not wrong and after["object"] == EXAMPLES[name]
+    assert after["lights"] or after["environment"]
 
 
 # Shaders that break.

@@ -62,6 +62,7 @@ class App:
         self.layout = theme.Layout()
         self.help, self.asking = False, None
         self._asked_path, self._focus_path = "", False
+        self._paths: dict[str, str] = {}  # last ones, by what was asked for
         self._last_good = copy.deepcopy(self.state)
         self._failed = ""
         self._frames: deque = deque(maxlen=60)
@@ -444,7 +445,7 @@ class App:
 
     def ask_path(self, what: str) -> None:
         """Opens the dialog that asks for a file's name."""
-        self.asking, self._asked_path, self._focus_path = what, FILES[what][2], True
+        self.asking, self._asked_path, self._focus_path = what, self._paths.get(what, FILES[what][2]), True
 
     def _path_dialog(self) -> None:
         if not self.asking:
@@ -462,7 +463,8 @@ class App:
             imgui.set_next_item_width(-1)
             entered, self._asked_path = imgui.input_text("##path", self._asked_path,
                                                          imgui.InputTextFlags_.enter_returns_true)
-            imgui.text_disabled(f"in {Path.cwd()}")
+            exists = self.asking != "open" and Path(self._asked_path).expanduser().is_file()
+            imgui.text_disabled(f"{'exists, OK replaces it' if exists else ''} in {Path.cwd()}".strip())
             if imgui.button("OK") or entered:
                 self.finish_path(Path(self._asked_path).expanduser())
             imgui.same_line()
@@ -474,6 +476,7 @@ class App:
 
     def finish_path(self, path: Path) -> None:
         what, self.asking = self.asking, None
+        self._paths[what] = str(path)
         if what == "open":
             return self.open(path)
         try:

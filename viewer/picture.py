@@ -10,9 +10,9 @@ import numpy as np
 
 from ..lab import bundle, catalogue, gl, scenes
 from . import objects
-from .state import Lobe, State
+from .state import MOST_LIGHTS, Lobe, State
 
-MOST_LIGHTS = scenes.DIRECTIONS + 16
+MOST_RAYS = scenes.DIRECTIONS + MOST_LIGHTS
 BUDGET = 0.018  # seconds of one frame for drawing
 NEAR, FAR = (x / np.linalg.norm(scenes.EYE) for x in (0.1, 100.0))  # in distances of eye and target: as raster has them
 
@@ -71,8 +71,8 @@ def fragment(lobes: list[Lobe], library: catalogue.Catalogue) -> str:
     return f"""#version 330
 uniform vec3 lobe_eye;
 uniform int lobe_count;
-uniform vec4 lobe_light[{MOST_LIGHTS}];
-uniform vec3 lobe_color[{MOST_LIGHTS}];
+uniform vec4 lobe_light[{MOST_RAYS}];
+uniform vec3 lobe_color[{MOST_RAYS}];
 {declared}in vec3 lobe_P;
 in vec3 lobe_N;
 in vec3 lobe_T;
@@ -269,7 +269,7 @@ class Picture:
     @staticmethod
     def _set_array(program, name: str, values: np.ndarray, width: int) -> None:
         if name in program:
-            padded = np.zeros((MOST_LIGHTS, width), "f4")
+            padded = np.zeros((MOST_RAYS, width), "f4")
             padded[: len(values)] = values
             padded[len(values) :, 0] = 1.0
             program[name].write(padded.tobytes())

@@ -11,9 +11,8 @@ from imgui_bundle import imgui
 from . import camera, theme
 from . import state as states
 from .services import Services
-from .state import REFERENCES, Light, State
+from .state import MOST_LIGHTS, REFERENCES, Light, State
 
-MOST_LIGHTS = 8
 _FAINT, _RIM = 0x40FFFFFF, 0xA0FFFFFF
 
 

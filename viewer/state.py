@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -24,6 +25,7 @@ OBJECTS = ("sphere", "teapot", "bunny", "suzanne", "plane")
 PLACEMENT = {"fit": None, "scale": (1.0, 1.0, 1.0), "rotate": (0.0, 0.0, 0.0), "translate": (0.0, 0.0, 0.0),
              "rest_on": None, "flat": False}
 START = "lobe_GGX", "lobe_GGX_fast"  # A, and a cheaper B
+MOST_LIGHTS = 8
 GOLD = (1.0, 0.78, 0.34)  # the f0 that the viewer starts with
 
 
@@ -187,32 +189,39 @@ class _Reader:
 
     def state(self) -> tuple[State, list[str]]:
         view, camera, render = self.view, self.described["camera"], self.described["render"]
-        if not self.described["objects"]:
-            self.place.fail("has no object, expected [[objects]]")
-        object_, placement = self._object()
-        state = State(object_, placement, camera["eye"], camera["target"], camera["fov"], self._lights(),
-                      self._environment(), self._sides(), depth=max(render["depth"], 1),
+        shown = self._shown()
+        state = State(*self._object(shown), camera["eye"], camera["target"], camera["fov"], self._lights(),
+                      self._environment(), self._sides(shown), depth=max(render["depth"], 1),
                       exposure=self.described["film"]["exposure"],
                       plots=self._plots(),
                       **{key: view[key] for key in _SHOWN})
         if not state.lights and state.environment is None:
-            self.place.fail("has no light that the viewer shows, expected a point, a direction or an environment")
+            self._leave_out(self.place, "has no light that the viewer knows; one direction stands for it")
+            state.lights.append(Light())
         return state, self.notes
 
     def _leave_out(self, place: Place, what: str) -> None:
         self.notes.append(f"{place}: {what}")
 
-    def _object(self) -> tuple[str, dict]:
-        thing, place = self.described["objects"][0], self.place / "objects" / 0
-        if len(self.described["objects"]) > 1:
-            self._leave_out(self.place / "objects" / 1, "the viewer shows the first object only")
+    def _shown(self) -> int:
+        """The first object that the viewer can show: no disc, with lobes on it."""
+        things, materials = self.described["objects"], self.described["materials"]
+        if not things:
+            self.place.fail("has no object, expected [[objects]]")
+        for i, thing in enumerate(things):
+            if thing["shape"] != "disc" and materials.get(thing["material"], {}).get("lobes"):
+                if len(things) > 1:
+                    self._leave_out(self.place / "objects" / i, "is the one object of the scene that the viewer shows")
+                return i
+        self.place.fail("has no object that the viewer shows, expected a mesh, sphere or plane whose material has lobes")
+
+    def _object(self, shown: int) -> tuple[str, dict]:
+        thing = self.described["objects"][shown]
         given = {key: thing[key] for key, default in PLACEMENT.items() if thing.get(key, default) != default}
         if thing["shape"] == "mesh":
             file = thing["file"].resolve()
             known = {path.resolve(): name for name, path in scenes.SHAPES.items() if path}
             return known.get(file, str(file)), {} if given == {"fit": 2.0} else given
-        if thing["shape"] == "disc":
-            (place / "shape").fail("the viewer has no disc, expected mesh, sphere or plane")
         return thing["shape"], given
 
     def _lights(self) -> list[Light]:
@@ -223,8 +232,12 @@ class _Reader:
             elif light["type"] == "point":
                 kept.append(Light("point", light["position"], light["intensity"]))
             else:
-                self._leave_out(self.place / "lights" / i, f"the viewer has no {light['type']} lights")
-        return kept
+                area = math.pi * light["radius"] ** 2 if light["type"] == "sphere" else math.prod(light["size"])
+                kept.append(Light("point", light["center"], tuple(area * x for x in light["radiance"])))
+                self._leave_out(self.place / "lights" / i, "is a point light here")
+        if len(kept) > MOST_LIGHTS:
+            self._leave_out(self.place / "lights" / MOST_LIGHTS, f"the viewer has {MOST_LIGHTS} lights at most")
+        return kept[:MOST_LIGHTS]
 
     def _environment(self) -> Environment | None:
         given = self.described["environment"]
@@ -234,12 +247,9 @@ class _Reader:
             return None
         return Environment(given["file"].resolve(), given["rotation"], given["scale"])
 
-    def _sides(self) -> dict[str, list[Lobe]]:
-        known, thing = self.described["materials"], self.described["objects"][0]
-        place = self.place / "objects" / 0 / "material"
-        if thing["material"] not in known:
-            place.fail(f"{thing['material'] or 'missing'}: expected one of {', '.join(known) or '[materials.NAME]'}")
-        a, b = self._material(thing["material"]), self.view["b"]
+    def _sides(self, shown: int) -> dict[str, list[Lobe]]:
+        known = self.described["materials"]
+        a, b = self._material(self.described["objects"][shown]["material"]), self.view["b"]
         if b and b not in known:
             (self.place / "view" / "b").fail(f"{b}: expected one of {', '.join(known)}")
         return {"A": a, "B": self._material(b) if b else [default_lobe(START[1])]}
