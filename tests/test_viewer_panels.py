@@ -413,6 +413,8 @@ def test_flip_is_computed_beside_the_window():
         flip.ask("key", got, picture)
         flip._thread.join()
         assert flip.ask("key", got, picture) == pytest.approx(expected, abs=1e-7)
+        done = flip._thread
+        assert flip.ask("another", got, picture) is None and flip._thread is done, "it rests first"
 
 
 # --- the panels in the window -----------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import dataclass
 from io import BytesIO
 from weakref import WeakKeyDictionary
@@ -106,8 +107,9 @@ class Flip:
 
     def __init__(self):
         self.value: float | None = None
-        self.key = self._asked = None
+        self.key = None
         self._thread: threading.Thread | None = None
+        self._earliest = 0.0  # when the next may begin, so that pictures that keep changing take a fifth of a processor
 
     @classmethod
     def of(cls, services: Services) -> Flip:
@@ -117,12 +119,13 @@ class Flip:
         """The value for these pictures, None until it is there. One process at a time."""
         if self.key == key:
             return self.value
-        if self._thread is None or not self._thread.is_alive():
+        if time.monotonic() >= self._earliest and (self._thread is None or not self._thread.is_alive()):
             self._thread = threading.Thread(target=self._run, args=(key, shader, reference), daemon=True)
             self._thread.start()
         return None
 
     def _run(self, key, shader: np.ndarray, reference: np.ndarray) -> None:
+        began = time.monotonic()
         both = ((shader[..., 3] >= 1) & (reference[..., 3] >= 1))[..., None]
         packed = BytesIO()
         for picture in (reference, shader):
@@ -131,7 +134,8 @@ class Flip:
         try:
             self.value = float(done.stdout)
         except ValueError:
-            self.value = None
+            self.value = float("nan")
+        self._earliest = time.monotonic() + 4 * (time.monotonic() - began)
         self.key = key
 
 
@@ -160,7 +164,7 @@ def _rows(rows: list[tuple[str, str, str]]) -> None:
         if tip:
             imgui.set_item_tooltip(tip)
         imgui.same_line(width)
-        imgui.text_unformatted(text)
+        wrapped(text)
 
 
 # --- plausibility -----------------------------------------------------------------------------------------------------
