@@ -108,6 +108,19 @@ has many local minima: of {lafortune.DRAWS} random starts the best {lafortune.ST
 {lafortune.FINALISTS} of these go to the end. C and the exponent keep to the ranges that the header of
 [lafortune.glsl](../glsl/lafortune.glsl) states.
 
+## The table
+
+```csv
+theta_i,phi_i,theta_o,phi_o,value_r,value_g,value_b,weight
+30,0,30,180,0.42,0.40,0.39,0.25
+```
+
+Degrees: of the light (i) and of the view (o), theta from the normal, below 90, phi from T towards B. Values are f in
+1/sr, without the cosine; a column `value` alone is grey. `weight` is the solid angle that the row stands for, light's times
+view's. Without it all rows count alike, which suits random directions; on a grid of even angles the pole is then
+counted far too often: give sin(theta_i) sin(theta_o). `fit.json` has the parameters by the shader's names, the GLSL
+call, the residual and the albedos.
+
 ## A roughened metal
 
 Lafortune et al. 1997 show (figure 11) that three lobes follow a roughened aluminium at 0°, 30° and 60° of incidence.
