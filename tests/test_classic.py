@@ -57,6 +57,14 @@ def test_a_call_is_evaluated_as_glsl_means_it():
     assert list(MODELS["GGX, 2 widths"].unknowns) == ["albedo", "f0", "alpha", "wide", "weight"]
 
 
+def test_light_and_view_are_not_confused():
+    """Phong's model of 1975 is the one that tells them apart: it divides by NdotL."""
+    V, L = quadrature.spherical(0.2, 0.0), quadrature.spherical(1.2, np.pi)
+    values = {"albedo": (0.0,) * 3, "rs": (1.0,) * 3, "exponent": 5.0}
+    R_V = np.cos(1.2 - 0.2)  # the mirror direction of L lies 1.2 off the normal, on V's side
+    assert np.allclose(classic.called(MODELS["Phong 1975"].call, values, V, L), R_V**5 / np.cos(1.2), rtol=1e-12)
+
+
 @pytest.mark.parametrize("name, values", [
     ("Ward 1992", {"albedo": (0.1, 0.3, 0.2), "rs": (0.5, 0.4, 0.3), "alpha": 0.15}),
     ("Cook-Torrance", {"albedo": (0.2, 0.1, 0.05), "f0": (0.05, 0.3, 0.9), "alpha": 0.3}),
