@@ -486,7 +486,8 @@ def test_each_plot_draws_what_was_computed(viewer, monkeypatch):
     state = viewer.state
     state.sides = {"A": [states.default_lobe("lobe_GGX_aniso"), states.default_lobe("lobe_Lambert")],
                    "B": [states.default_lobe("lobe_Beckmann")]}
-    state.plots.both, state.plots.pins = True, [[states.default_lobe("lobe_Ward")]] * plots.MOST_PINS
+    pins = ["lobe_Ward"] + ["lobe_Lambert"] * (plots.MOST_PINS - 1)
+    state.plots.both, state.plots.pins = True, [[states.default_lobe(name)] for name in pins]
     for kind in plots.KINDS:
         state.plots.kind = kind
         for state.plots.logarithmic in (False, True):
