@@ -46,6 +46,8 @@ class Judge:
         shade = physics.Shades(context, self._source)
         for demand in self._demands:
             yield demand.name, demand.measure(shade).passed
+        if physics.is_cut_at_one(self.function):
+            yield "1 at most", physics.excess(self.function, shade) == 0
         for family, known in self._families:
             with context:
                 got = gl.evaluate(context, self._source, family.call, "float", known.inputs)[:, 0].astype(float)

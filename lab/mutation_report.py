@@ -57,7 +57,7 @@ def _kind(check: str) -> str:
         return "values of a caller"
     if check.startswith("cases "):
         return "exact cases"
-    demanded = " == " in check or check in ("reciprocity", "rotation", "overloads agree", "not above 1", "no growth with the cosine")
+    demanded = " == " in check or check in ("reciprocity", "rotation", "overloads agree", "not above 1", "1 at most", "no growth with the cosine")
     return "symmetries, limits and identities" if demanded else "the policy for degenerate inputs"
 
 

@@ -171,6 +171,17 @@ def fraction(function: Function, shade: Shades) -> Measure:
     return Measure.of(np.maximum(got - 1, 0), function.units * shade.factor * compare.FLOAT32_ROUNDOFF)
 
 
+def is_cut_at_one(function: Function) -> bool:
+    """Whether it is a fraction that no rounding brings above 1, so that 1 - F has a root: all but those that add up to
+    whatever they have at grazing."""
+    return is_fraction(function) and function.parameter("f90") is None and function.name != "lobe_F_conductor_fast"
+
+
+def excess(function: Function, shade: Shades) -> float:
+    """The largest value above 1, exactly."""
+    return float(np.maximum(shade(function.call, function.result, sample(function)) - 1, 0).max())
+
+
 def is_monotone(function: Function) -> bool:
     """Whether it must not grow with the cosine: Schlick's term with 1 at grazing."""
     return function.name.startswith("lobe_F_Schlick") and function.parameter("f90") is None

@@ -39,6 +39,8 @@ def test_not_negative_and_a_fraction_not_above_one(function, shade):
     assert (shade(function.call, function.result, physics.sample(function)) >= 0).all()
     if physics.is_fraction(function):
         check(physics.fraction(function, shade))
+    if physics.is_cut_at_one(function):
+        assert physics.excess(function, shade) == 0
 
 
 @over(f for f in LIBRARY.functions if {"N", "V", "L"} <= {p.name for p in f.parameters})
