@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from . import bundle, cases, compare, gl, physics, policy, stability
+from . import bundle, cases, compare, documented, gl, physics, policy, stability
 from .catalogue import Catalogue, Function
 
 PARITY_POINTS, PARITY_SEED = 1 << 14, 1  # of tests/test_parity.py
@@ -55,11 +55,12 @@ class Judge:
 
     def points(self, context: gl.Context) -> Iterator[tuple[str, bool]]:
         """Those checks that compare values with the reference's."""
-        yield "points", compare.compare(self._points, self._shader, context).row["pass"]
-        near = compare.compare(self._near, self._shader, context).row
-        yield "near singular sets", near["pass"]
-        allowed = stability.documented(self.library.label(self.function), context)
-        yield "documented error", compare.ratio(near) <= allowed
+        label = self.library.label(self.function)
+        for name, case, stated in (("points", self._points, documented.at_points),
+                                   ("near singular sets", self._near, documented.near_singular_sets)):
+            row = compare.compare(case, self._shader, context).row
+            yield name, row["pass"]
+            yield "documented error", compare.ratio(row) <= stated(label, context)
 
     @cached_property
     def _shader(self) -> compare.Shader:

@@ -29,7 +29,7 @@ from .together import Together
 
 ARGUMENTS = Path(__file__).parent / "survivors.txt"
 REQUIRED = 0.98  # of the mutants that are not equivalent, the suite kills
-SUITE = ("cases", "compare", "domain", "geometry", "identities", "judge", "mutation", "physics", "policy", "singular",
+SUITE = ("cases", "compare", "documented", "domain", "geometry", "identities", "judge", "mutation", "physics", "policy", "singular",
          "stability", "together")  # the modules that decide a verdict
 
 TYPO = 1.001  # a constant's fourth digit

@@ -13,7 +13,7 @@ from collections import Counter
 
 from . import catalogue, files, mutation
 from .paths import ROOT
-from .report import aligned, environment
+from .report import aligned, environment, number
 
 PAGE = ROOT / "docs" / "mutation.md"
 RESULTS = ROOT / "benchmarks" / "results" / "mutation.json"
@@ -36,6 +36,11 @@ def score(row: dict) -> str:
     return f"{100 * kills / (kills + living):.1f} %" if kills + living else "-"
 
 
+def _units(x: float | None) -> str:
+    """A figure of units; JSON has no infinity, and says None."""
+    return "∞" if x is None or x == float("inf") else number(x, 2)
+
+
 def summary(results: list[dict]) -> str:
     """A table for the terminal: one line per function, then the survivors without an argument."""
     header = ("function", "mutants", "stillborn", "equivalent", "killed", "survivors", "score")
@@ -43,7 +48,7 @@ def summary(results: list[dict]) -> str:
              for r in results]
     total = mutation.totals(results)
     lines.append((f"{total['functions']} in all", *(str(total[name]) for name in header[1:-1]), score(total)))
-    open_ones = [f"{r['function']}: {s['mutant']} | changes {s['change']:.3g} units, error {s['error']:.3g} of {r['units']}"
+    open_ones = [f"{r['function']}: {s['mutant']} | changes {_units(s['change'])} units, error {_units(s['error'])} of {r['units']}"
                  for r in results for s in r["survivors"] if not s["argument"]]
     verdict = f"{len(open_ones)} survivors without an argument in {mutation.ARGUMENTS.name}" if open_ones else "every survivor is argued"
     return "\n".join((*aligned([header, *lines], right=range(1, 7)), "", *open_ones, verdict))
@@ -52,7 +57,7 @@ def summary(results: list[dict]) -> str:
 def _kind(check: str) -> str:
     """What a check that kills is one of."""
     if check in ("points", "near singular sets", "finite and not negative", "no NaN on the way", "documented error"):
-        return {"points": "points over the domain", "documented error": "the error that docs/stability.md states"}.get(check, check)
+        return {"points": "points over the domain", "documented error": "the error that the documents state"}.get(check, check)
     if check.startswith(("points of ", "near singular sets of ", "documented error of ")):
         return "values of a caller"
     if check.startswith("cases "):
@@ -70,7 +75,7 @@ def markdown(found: dict) -> str:
             checks[_kind(check)] += count
     by_stem = {stem: [r for r in found["results"] if stems.get(r["function"]) == stem] for stem in dict.fromkeys(stems.values())}
     return environment().overlay(autoescape=False).get_template("mutation.md.j2").render(
-        m=found, killed=killed, score=score, checks=checks.most_common(), typo=mutation.TYPO, required=mutation.REQUIRED,
+        m=found, killed=killed, score=score, units=_units, checks=checks.most_common(), typo=mutation.TYPO, required=mutation.REQUIRED,
         stems={stem: rows for stem, rows in by_stem.items() if rows})
 
 

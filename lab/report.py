@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import importlib.metadata
+import json
 import os
 import platform
 import re
@@ -19,6 +20,7 @@ from .catalogue import Function
 from .compare import Result, ratio
 from .errors import InputError
 from .matrix import Outcome, Plan
+from .paths import ROOT
 
 LONGEST, THUMBNAIL = 320, 112  # pixels that a side of a picture may have in the page
 MOST_LIGHTS = 8  # of a probe, that the page lists at a pixel
@@ -37,7 +39,7 @@ def write(outcome: Outcome, plan: Plan, out: Path) -> Path:
         outcome=outcome, plan=plan, entries=entries, groups=_groups(entries), totals=_totals(outcome, entries),
         failures=_failures(outcome), versions=_versions(), machine=_machine(), ibl=_ibl(plan),
         date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures,
-        stability=(Path(out) / "stability.html").is_file()))
+        stability=(Path(out) / "stability.html").is_file(), mutants=mutants_line()))
     return page
 
 
@@ -475,6 +477,17 @@ def _machine() -> str:
     cpuinfo = Path("/proc/cpuinfo")
     model = re.search(r"model name\s*: (.+)", cpuinfo.read_text()) if cpuinfo.exists() else None
     return f"{model[1] if model else platform.machine()}, {os.cpu_count()} threads, {platform.platform(terse=True)}"
+
+
+def mutants_line() -> str:
+    """What was measured last of the suite itself; "" where there is no such file, as in the installed package."""
+    measured = ROOT / "benchmarks" / "results" / "mutation.json"
+    if not measured.is_file():
+        return ""
+    total = json.loads(measured.read_text())["total"]
+    of = total["killed"] + total["survivors"]
+    return (f"of {of:,} small edits of {total['functions']} functions that change a value, the fast tests find {total['killed']:,}, "
+            f"{100 * total['score']:.1f} %")
 
 
 def environment() -> jinja2.Environment:

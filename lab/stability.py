@@ -7,26 +7,21 @@ run: another context, or another treatment of their text, is one more Driver.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import combinations
 
 import numpy as np
 
 from . import bundle, cases, compare, gl, physics, policy, singular
 from .catalogue import EXACT, Catalogue, Function
-from .paths import ROOT
 from .report import number
 
 POINTS = 1 << 20  # random inputs a function
 SLOW_POINTS = 1 << 12  # where the reference is a quadrature
 CHUNK = 1 << 16
 SEED = 20261
-DOCUMENTED = ROOT / "benchmarks" / "results" / "stability.json"
-WORSE = 1.5  # times the documented error of a function, and docs/stability.md has to be measured again
 SAFE = 1e-3  # a relative error that nobody sees
 BINS = 28  # of each axis of a map
 ORDINARY = 1e-2  # a direction's distance from a singular set at which formulas have no trouble
@@ -230,19 +225,6 @@ def random_case(function: Function, count: int, seed: int) -> compare.Case:
     """Random inputs of a function near its singular sets, with the reference's values."""
     inputs = {name: x[None] for name, x in singular.sample(function, count, seed).items()}
     return compare.Case(function, "stability", "points", inputs, None, compare.reference_values(function, inputs, None))
-
-
-@cache
-def _documented() -> dict:
-    return json.loads(DOCUMENTED.read_text()) if DOCUMENTED.exists() else {"functions": {}, "renderers": []}
-
-
-def documented(label: str, context: gl.Context) -> float:
-    """The largest error of a function over what is allowed, near singular sets, that docs/stability.md promises of this
-    driver: WORSE times what was measured; 1 where nothing was."""
-    known = _documented()["functions"].get(label, {"worst": {}})["worst"].get("random", 1.0)
-    here = f"{context.name}: {context.renderer}" in _documented()["renderers"]
-    return min(WORSE * known, 1.0) if here else 1.0
 
 
 def _random_rows(function: Function, shaders: dict, drivers, points: int, outcome: Outcome) -> list[dict]:

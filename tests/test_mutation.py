@@ -199,3 +199,20 @@ def test_command_refuses_what_has_no_mutants(function, message, tmp_path):
     done = lobe("mutate", "--function", function, "--out", tmp_path)
     assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+REPAIR = "repair: .venv/bin/python -m lobe.lab.mutation_report"
+
+
+def test_document_is_up_to_date():
+    found = json.loads(mutation_report.RESULTS.read_text())
+    text = mutation_report.PAGE.read_text(encoding="utf-8")
+    assert text == mutation_report.markdown(found), REPAIR
+    assert found["total"] == mutation.totals(found["results"])
+
+
+@pytest.mark.full
+def test_document_has_every_function_and_the_suite_is_strong_enough():
+    found = json.loads(mutation_report.RESULTS.read_text())
+    assert [r["function"] for r in found["results"]] == [f.key for f in LIBRARY.functions]
+    assert found["inputs"] == judge.WHOLE_POINTS and mutation.passed(found["results"], whole=True)

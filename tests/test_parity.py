@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from lobe import reference
-from lobe.lab import catalogue, compare, gl, judge, matrix, scenes
+from lobe.lab import catalogue, compare, documented, gl, judge, matrix, scenes
 
 LIBRARY = catalogue.load()
 SIZE = 96
@@ -17,13 +17,14 @@ def contexts():
 
 
 def check(case, contexts):
-    """In every context, by one evaluation of the reference, which costs most."""
-    for context in contexts:
-        row = compare.compare(case, shader(case.function), context).row
+    """In every context, by one evaluation of the reference, which costs most; returns the rows."""
+    rows = [compare.compare(case, shader(case.function), context).row for context in contexts]
+    for row in rows:
         assert row["nonfinite"] == 0, row
         assert row["max_units"] <= row["units_allowed"], row
         assert row["undecided"] <= compare.MAX_UNDECIDED * row["pixels"], row
         assert row["pass"], row
+    return rows
 
 
 def shader(function):
@@ -32,7 +33,10 @@ def shader(function):
 
 @pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
 def test_points(function, contexts):
-    check(compare.points_case(function, judge.PARITY_POINTS, {}, judge.PARITY_SEED), contexts)
+    rows = check(compare.points_case(function, judge.PARITY_POINTS, {}, judge.PARITY_SEED), contexts)
+    for row, context in zip(rows, contexts):
+        stated = documented.at_points(LIBRARY.label(function), context)
+        assert compare.ratio(row) <= stated, f"{row['max_units']:.3g} units: repair: .venv/bin/python benchmarks/compare_time.py"
 
 
 @pytest.mark.full
