@@ -8,13 +8,14 @@ import time
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 from window_session import ALT, SHIFT, Display, Session, frames, until
 
 from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
-from lobe.viewer import camera, picture, plots, state as states, truth
+from lobe.viewer import camera, picture, plots, scene_panel, state as states, truth
 from lobe.viewer.state import MODES
 
 SIZE = (800, 560)
@@ -369,6 +370,35 @@ def test_mouse_and_keys_move_the_camera(viewer):
     assert reset == start
 
 
+def drag_light(app, hand):
+    fresh(app)
+    app.layout.tab = "Scene"
+    places, ball = [], scene_panel.ball
+
+    def watched(state, vector):
+        at, em = imgui.get_cursor_screen_pos(), imgui.get_font_size()
+        places.append((at.x + 3 * em, at.y + 3 * em, 3 * em))
+        return ball(state, vector)
+
+    scene_panel.ball = watched
+    try:
+        frames(app)
+        x, y, radius = places[0]
+        hand.drag(app, (x, y), (x + 0.6 * radius, y - 0.5 * radius))
+    finally:
+        scene_panel.ball = ball
+        app.layout.tab = "Numbers"
+        frames(app)
+    return app.state.lights[0].vector, camera.basis(app.state)
+
+
+def test_a_light_is_dragged_on_its_ball(viewer):
+    vector, basis = viewer.do(drag_light)
+    length = np.linalg.norm(states.initial().lights[0].vector)
+    assert np.linalg.norm(vector) == pytest.approx(length)
+    assert basis @ vector / length == pytest.approx((0.6, 0.5, np.sqrt(1 - 0.6**2 - 0.5**2)), abs=0.05)
+
+
 def other_keys(app, hand):
     fresh(app)
     app.state.mode = "shader"
@@ -577,6 +607,17 @@ def test_a_broken_shader_is_told_by_line_and_the_last_good_one_stays(viewer):
     assert not np.array_equal(alive, drawn), "parameters still act"
     assert not wrong and changed[..., :3].sum() < 0.7 * drawn[..., :3].sum()
     assert np.array_equal(repaired, drawn)
+
+
+def test_parameters_survive_a_change_of_the_header_where_they_can():
+    lobe = states.default_lobe("lobe_GGX")
+    lobe.values["alpha"] = (0.7,)
+    f0, alpha = lobe.function.parameter("f0"), lobe.function.parameter("alpha")
+    other = dataclasses.replace(alpha, name="beta", default=(0.1,))
+    changed = dataclasses.replace(lobe.function, parameters=(f0, alpha, other))
+    kept = states.matched(lobe, {lobe.key: changed})
+    assert kept.values == {"f0": lobe.values["f0"], "alpha": (0.7,), "beta": (0.1,)}
+    assert states.matched(lobe, {}).key == states.default_lobe(states.START[0]).key
 
 
 # Windows of any size.
