@@ -14,6 +14,8 @@ public:
     // A power of the cosine with the mirror direction of V.
     static Proposal power(double exponent) { return {Kind::power, exponent, 0}; }
 
+    bool glossy() const { return kind_ != Kind::cosine; }
+
     // May lie below the horizon.
     Vec3 sample(const Vec3& V, Vec2 u) const;
     double density(const Vec3& V, const Vec3& L) const;

@@ -12,7 +12,11 @@ namespace lobe {
 namespace {
 
 // Numbers of the pairs that a path uses up: one for the pixel, and at each vertex these.
-enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, PER_VERTEX = 3 };
+enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, CHOICE = 4, PER_VERTEX = 4 };
+
+// Directions to lights among which a vertex with a glossy lobe chooses. Gold in a probe gains 1.4 times with 2, 1.7 with
+// 4, 1.6 with 8, for each costs an evaluation of the lobe; where lobes see nearly all light alike, one is enough.
+constexpr int CANDIDATES = 4;
 
 double mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
 
@@ -58,8 +62,8 @@ private:
     }
     void add_emission(const std::optional<Scene::Found>& found, const Vec3& direction);
     Vertex meet(const Scene::Found& found, const Vec3& V);
-    void add_direct(const Vertex& v, Vec2 u);
-    int choose_light(const Vertex& v, double& u);
+    void add_direct(const Vertex& v, Vec2 u, double choice);
+    bool weigh_lights(const Vertex& v);
     bool scatter(const Vertex& v, Ray& ray, Vec2 u, double chance);
     bool scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u);
     bool survives(double chance);
@@ -89,6 +93,7 @@ private:
     double widening_;  // of solid angles by refraction: it thins radiance out but takes no light
     // of the last vertex
     Vec3 origin_;
+    int candidates_;               // among which its light was chosen
     double density_;               // with which its lobes have drawn the direction of the path
     std::vector<double> shares_;   // of its lobes among the directions, and of mirror, glass' reflection and refraction
     std::vector<double> chances_;  // of the lights to be drawn from
@@ -104,7 +109,8 @@ Vec3 Tracer::radiance(Ray ray, Samples& points) {
         if (!found || interactions == settings_.depth) break;
 
         const Vertex v = meet(*found, -ray.direction);
-        if (v.lobes > 0) add_direct(v, points.pair(first + LIGHT));
+        if (v.lobes > 0)
+            add_direct(v, points.pair(first + LIGHT), candidates_ > 1 ? points.pair(first + CHOICE).x : 0);
         const bool may_end = interactions + 1 >= settings_.roulette, chosen = v.all > v.lobes;
         const Vec2 chance = may_end || chosen ? points.pair(first + CHANCE) : Vec2(0);
         if (!scatter(v, ray, points.pair(first + DIRECTION), chance.x)) break;
@@ -132,7 +138,7 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
                 radiance = light.radiance;
                 if (has_rival) rival = light.density(origin_, direction);
             }
-            add(source, throughput_ * radiance * weight(density_, has_rival ? chances_[source] * rival : 0));
+            add(source, throughput_ * radiance * weight(density_, has_rival ? candidates_ * chances_[source] * rival : 0));
         }
     }, sources_[source]);
 }
@@ -143,7 +149,9 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     const bool front = v.NdotV > 0, alone = m.lobes.size() == 1 && !m.mirror && !m.glass;
     origin_ = v.surface.position;
     shares_.clear();
+    candidates_ = 1;
     for (Lobe& lobe : v.material.lobes) {
+        if (lobe.proposal.glossy()) candidates_ = CANDIDATES;
         lobe.turn(v.surface.N, v.surface.T, V);
         shares_.push_back(!front ? 0 : alone ? 1 : lobe.albedo(v.NdotV));
         v.lobes += shares_.back();
@@ -162,33 +170,53 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     return v;
 }
 
-// One of the lights, by what it would give if nothing stood in its way; u keeps what chance is left.
-int Tracer::choose_light(const Vertex& v, double& u) {
-    const int count = static_cast<int>(sources_.size());
-    if (count == 1) return settings_.strategy == Strategy::lobe && has_extent_ ? -1 : 0;
+// Chances of the lights, by what they would give if nothing stood in their way. False where none gives any.
+bool Tracer::weigh_lights(const Vertex& v) {
+    if (sources_.size() == 1) return settings_.strategy != Strategy::lobe || !has_extent_;
     double all = 0;
-    for (int i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
         const bool skipped = settings_.strategy == Strategy::lobe && !std::holds_alternative<Light>(sources_[i]);
         const auto importance = [&](const auto& light) { return light.importance(origin_, v.surface.N); };
         all += chances_[i] = skipped ? 0 : std::visit(importance, sources_[i]);
     }
-    if (!(all > 0)) return -1;
-    for (double& chance : chances_) chance /= all;
-    return pick(chances_.data(), count, u);
+    for (double& chance : chances_) chance /= all > 0 ? all : 1;
+    return all > 0;
 }
 
-void Tracer::add_direct(const Vertex& v, Vec2 u) {
-    if (sources_.empty()) return;
-    const int source = choose_light(v, u.x);
-    if (source < 0) return;
-    const LightSample light = std::visit([&](const auto& l) { return l.sample(origin_, u); }, sources_[source]);
-    const double cos = v.surface.N.dot(light.L);
-    if (!(cos > 0) || light.estimate == Vec3(0)) return;
-    const Vec3 arriving = f(v, light.L) * light.estimate * (cos / chances_[source]);
-    if (arriving == Vec3(0) || !scene_.visible(v.found, light.L, light.distance)) return;
-    const double rival = settings_.strategy == Strategy::mis && light.density != NO_EXTENT
-                             ? density(v, v.frame.to_local(light.L)) : 0;
-    add(source, throughput_ * arriving * weight(light.density * chances_[source], rival));
+// Light of one direction to one of the lights, chosen among some candidates in proportion to what it would bring if
+// nothing stood in its way (Talbot, Cline, Egbert, Importance resampling for global illumination, EGSR 2005): the lobe,
+// which no light knows of, has a say, and a ray is traced for the chosen one alone.
+void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
+    if (sources_.empty() || !weigh_lights(v)) return;
+    const int count = static_cast<int>(sources_.size());
+    struct {
+        int source;
+        Vec3 L, light;
+        double distance, brightness;
+    } chosen{};
+    double sum = 0;
+    for (int i = 0; i < candidates_; ++i) {
+        // turned around the square: each point is uniform, and together they are even
+        Vec2 at = {u.x + double(i) / candidates_, u.y + i * 0.6180339887498949};
+        at -= Vec2(std::floor(at.x), std::floor(at.y));
+        const int source = count == 1 ? 0 : pick(chances_.data(), count, at.x);
+        const LightSample light = std::visit([&](const auto& l) { return l.sample(origin_, at); }, sources_[source]);
+        const double cos = v.surface.N.dot(light.L), density = candidates_ * chances_[source] * light.density;
+        if (!(cos > 0) || light.estimate == Vec3(0)) continue;
+        const double rival = settings_.strategy == Strategy::mis && light.density != NO_EXTENT
+                                 ? this->density(v, v.frame.to_local(light.L)) : 0;
+        const Vec3 arriving = f(v, light.L) * light.estimate *
+                              (cos * weight(density, rival) / (candidates_ * chances_[source]));
+        const double brightness = mean(throughput_ * arriving);
+        if (!(brightness > 0)) continue;
+        sum += brightness;
+        const double share = brightness / sum;
+        const bool takes = choice < share;
+        choice = takes ? choice / share : (choice - share) / (1 - share);
+        if (takes) chosen = {source, light.L, arriving, light.distance, brightness};
+    }
+    if (sum > 0 && scene_.visible(v.found, chosen.L, chosen.distance))
+        add(chosen.source, throughput_ * chosen.light * (sum / chosen.brightness));
 }
 
 // Draws the direction in which the path goes on.
