@@ -63,14 +63,12 @@ def draw(name: str) -> None:
     if pointed:
         x, y, width, height = app.picture_rect
         imgui.get_io().add_mouse_pos_event(x + pointed[0] * width, y + pointed[1] * height)
-    end = time.monotonic() + SECONDS
-    while time.monotonic() < end and not (command.settled(app) and app.services.idle and (
-            state.against == "B" or Flip.of(app.services).value is not None)):
+    end, quiet = time.monotonic() + SECONDS, 0
+    while time.monotonic() < end and quiet < LATER:  # what takes long begins a while after the last change
         app.frame()
         time.sleep(0.02)
-    for _ in range(LATER):
-        app.frame()
-        time.sleep(0.02)
+        there = command.settled(app) and app.services.idle and Flip.of(app.services).value is not None
+        quiet = quiet + 1 if there else 0
     write(f"viewer-{name}.png", app.screenshot())
     app.release()
 
