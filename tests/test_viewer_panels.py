@@ -414,6 +414,9 @@ def test_flip_is_computed_beside_the_window():
         flip._thread.join()
         assert flip.ask("key", got, picture) == pytest.approx(expected, abs=1e-7)
         done = flip._thread
+        assert numbers_panel._flip_text(flip, "key", got, picture) == f"{flip.value:.2g}"
+        assert numbers_panel._flip_text(flip, "kept", got, picture) == f"{flip.value:.2g} ..."
+        assert numbers_panel._flip_text(flip, "other kind", got, picture) == "..."
         assert flip.ask("another", got, picture) is None and flip._thread is done, "it rests first"
 
 

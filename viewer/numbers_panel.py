@@ -148,13 +148,22 @@ def _picture(state: State, services: Services) -> None:
     if slot.value is None:
         return wrapped("being counted", disabled=True)
     told: Errors = slot.value
-    flip = Flip.of(services).ask((key, id(shader)), shader, reference)
+    flip = _flip_text(Flip.of(services), (key, id(shader)), shader, reference)
     rows = [("largest", f"{told.largest:.3g}  (99 % below {told.most:.2g})",
              f"|A - {state.against}| of any channel"),
             ("rms", f"{told.rms:.3g}  ({told.relative:.2g} of the mean)", "Root of the mean square of the difference"),
-            ("FLIP", "..." if flip is None else f"{flip:.2g}", "Mean FLIP of the pictures as a display shows them"),
+            ("FLIP", flip, "Mean FLIP of the pictures as a display shows them"),
             ("not finite", f"{told.nonfinite} of {told.pixels}", "Pixels of the shader that are NaN or infinite")]
     _rows(rows)
+
+
+def _flip_text(flip: Flip, key, shader: np.ndarray, reference: np.ndarray) -> str:
+    """The value; followed by dots while that of newer pictures is computed, as when light is traced."""
+    value = flip.ask(key, shader, reference)
+    if value is not None:
+        return f"{value:.2g}"
+    of_the_same_kind = flip.key is not None and flip.key[0][0] == key[0][0]
+    return f"{flip.value:.2g} ..." if of_the_same_kind else "..."
 
 
 def _rows(rows: list[tuple[str, str, str]]) -> None:
