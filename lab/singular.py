@@ -155,7 +155,8 @@ def _pole(X: str) -> Set:
 
 
 def _of_interface(function: Function) -> list[Set]:
-    """Total internal reflection and Brewster's angle, where an index meets an angle of incidence."""
+    """Total internal reflection and Brewster's angle, where an index meets an angle of incidence; and where cosI^2 is as
+    small as eta^2 - 1, which the critical angle is the other half of."""
     names = {p.name for p in function.parameters}
     eta = function.parameter("eta")
     if eta is None or not ({"cosI"} <= names or {"N", "V"} == names & {"N", "V", "L"}):
@@ -163,6 +164,7 @@ def _of_interface(function: Function) -> list[Set]:
     found = [_at_angle("Brewster", lambda n: 1 / np.hypot(1, n), names)]
     if eta.low < 1:
         found.append(_at_angle("critical", lambda n: np.sqrt(np.maximum((1 - n) * (1 + n), 0)), names))
+        found.append(_at_angle("matched", lambda n: np.sqrt(np.maximum((n - 1) * (n + 1), 0)), names))
     return found
 
 
@@ -170,6 +172,8 @@ def _at_angle(name: str, cosine_of: Callable, names: set[str]) -> Set:
     def move(rng, x, d):
         if name == "critical":
             x["eta"] = np.where(x["eta"] > 1, np.maximum(1 / x["eta"], 0.4), x["eta"])
+        elif name == "matched":
+            x["eta"] = np.clip(np.maximum(x["eta"], 1 / x["eta"]), 1 + 1e-6, 1.4)  # nearer to 1, all are undecided
         there = cosine_of(x["eta"][:, 0])
         side = np.where(there * (1 + d) > 1, -1.0, rng.choice([-1.0, 1.0], len(d)))
         cosine = np.clip(there * (1 + side * d), 0, 1)
