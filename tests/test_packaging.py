@@ -75,7 +75,7 @@ def test_wheel_carries_the_command_and_its_data(tmp_path):
         "-C", f"build-dir={tmp_path}/build")
     (wheel,) = tmp_path.glob("lobe-*.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    for folder in ("lab", "glsl", "data"):
+    for folder in ("lab", "viewer", "glsl", "data"):
         here = {p for p in (ROOT / folder).rglob("*") if p.is_file() and "__pycache__" not in p.parts}
         expected = {f"lobe/{p.relative_to(ROOT)}" for p in here} - {"lobe/data/mesh/bunny.obj"}
         assert expected == {name for name in names if name.startswith(f"lobe/{folder}/")}
@@ -87,6 +87,8 @@ def test_wheel_carries_the_command_and_its_data(tmp_path):
     Path(site, "dependencies.pth").write_text(sysconfig.get_path("purelib"))
     installed = run(python.parent / "lobe", "list", cwd=tmp_path)
     assert installed == run(Path(sys.executable).parent / "lobe", "list")
+    run(python.parent / "lobe", "view", "--screenshot", "window.png", "--frames", "3", cwd=tmp_path)
+    assert (tmp_path / "window.png").stat().st_size > 10_000
 
 
 # --- the launcher
