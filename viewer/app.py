@@ -87,9 +87,7 @@ class App:
         io.display_size = imgui.ImVec2(*size)
         io.display_framebuffer_scale = imgui.ImVec2(*(p / s for p, s in zip(pixels, size)))
         io.delta_time = max(now - self._began, 1e-4)
-        self._frames.append(now - self._began)
         self._began = now
-        self.services.frame_ms = 1e3 * statistics.median(self._frames)
         self._watch(now)
         self._take_dropped()
         imgui.new_frame()
@@ -104,6 +102,8 @@ class App:
         self.renderer.render(target)
         self.window.present()
         self._more = self.services.run_gl_work()
+        self._frames.append(time.perf_counter() - now)
+        self.services.frame_ms = 1e3 * statistics.median(self._frames)
 
     def run(self, frames: int | None = None) -> None:
         """Frames until the window closes."""

@@ -31,7 +31,7 @@ _LARGEST = 8192  # of ImGui's own textures
 
 
 class Renderer:
-    """Draws what ImGui has prepared. Textures of one's own are shown by `show` and imgui.image."""
+    """Draws what ImGui has prepared, with ImGui's own textures alone."""
 
     def __init__(self, gl):
         self._gl = gl
@@ -47,14 +47,6 @@ class Renderer:
         self._array = self._gl.vertex_array(self._program, [
             (self._vertices, "2f 2f 4f1", "lobe_position", "lobe_uv", "lobe_color")], self._indices,
             index_element_size=imgui.INDEX_SIZE)
-
-    def show(self, texture) -> imgui.ImTextureRef:
-        """What imgui.image takes to show a texture of moderngl."""
-        self._textures[texture.glo] = texture
-        return imgui.ImTextureRef(texture.glo)
-
-    def forget(self, texture) -> None:
-        self._textures.pop(texture.glo, None)
 
     def render(self, target) -> None:
         """Draws the frame that imgui.render() has prepared into a framebuffer."""

@@ -283,11 +283,6 @@ class Picture:
         width, height = self._full.size
         return np.frombuffer(self._full.texture.read(), np.float32).reshape(height, width, 4)[::-1]
 
-    def pixel(self, x: int, y: int) -> np.ndarray:
-        """[4] of the pixel in column x and row y from the top."""
-        height = self._full.size[1]
-        return np.frombuffer(self._full.frame.read((x, height - 1 - y, 1, 1), components=4, dtype="f4"), np.float32)
-
     def release(self) -> None:
         for target in (self._full, self._low):
             if target:
