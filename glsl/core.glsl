@@ -66,10 +66,11 @@ vec3 lobe_H(vec3 V, vec3 L) {
 // units   8
 // source  N.H = N.V + N.L
 // Why this form: where V and L are grazing and nearly opposite, each product is rounding noise beside the sum, which rules
-// masking as it rules the distribution. There the larger one is what the smaller leaves of N.H.
+// masking as it rules the distribution. There the larger one is what the smaller leaves of N.H. Where H is longer than
+// 1/8, N.H rounds no better than a product whose own terms are small.
 vec2 lobe_cosines(vec3 N, vec3 V, vec3 L, vec3 H) {
     vec2 c = vec2(dot(N, V), dot(N, L));
-    if (dot(H, H) > 0.25) return c;
+    if (dot(H, H) > 0.015625) return c;
     float NdotH = dot(N, H);
     return abs(c.x) < abs(c.y) ? vec2(c.x, NdotH - c.x) : vec2(NdotH - c.y, c.y);
 }
