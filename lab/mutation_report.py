@@ -75,7 +75,7 @@ def markdown(found: dict) -> str:
             checks[_kind(check)] += count
     by_stem = {stem: [r for r in found["results"] if stems.get(r["function"]) == stem] for stem in dict.fromkeys(stems.values())}
     return environment().overlay(autoescape=False).get_template("mutation.md.j2").render(
-        m=found, killed=killed, score=score, units=_units, checks=checks.most_common(), typo=mutation.TYPO, required=mutation.REQUIRED,
+        m=found, killed=killed, score=score, units=_units, checks=checks.most_common(), typo=mutation.TYPO, required=mutation.REQUIRED, of=len(stems),
         stems={stem: rows for stem, rows in by_stem.items() if rows})
 
 
