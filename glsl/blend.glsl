@@ -1,5 +1,9 @@
 // Highlights of two or three widths at once: a sharp core in a wide haze.
 // needs  core, fresnel, masking, ggx, beckmann
+//
+// To draw from a blend, choose one width with its weight for the probability, and draw with lobe_sample_GGX or
+// lobe_sample_Beckmann of that width; the density is the densities' sum with the same weights, as in
+//     mix(lobe_pdf_GGX(N, V, L, alphas.x), lobe_pdf_GGX(N, V, L, alphas.y), weight)
 #ifndef LOBE_CORE_GLSL
 #error "blend.glsl needs core.glsl: put core.glsl before it"
 #endif

@@ -99,7 +99,7 @@ def polar_figure(figure, curves: np.ndarray) -> None:
     draw_polar(linear, curves / np.where(top > 0, top, 1)[:, None], {0.5: "½", 1.0: "peak"}, "")
     linear.text(-1.1, -0.2, "f / peak", fontsize=6.5, va="top")
     for i, (angle, value, colour) in enumerate(zip(ANGLES, top, COLOURS)):
-        linear.text(-0.66 + 0.47 * i, -0.2, f"{angle}°: {value:.3g}", fontsize=6.5, va="top", color=colour)
+        linear.text(-0.66 + 0.47 * i, -0.2, f"{angle}°: {value:.{3 if value >= 1 else 2}g}", fontsize=6.5, va="top", color=colour)
     span = np.log(MOST / LEAST)
     rings = {np.log(10.0**e / LEAST) / span: f"$10^{{{e}}}$" if e % 2 else "" for e in range(-3, 4)}
     draw_polar(logarithmic, np.log(np.clip(curves, LEAST, None) / LEAST) / span, rings, "f [1/sr], logarithmic")

@@ -105,7 +105,7 @@ def write_document(shown: list[Exhibit], shade: Shades) -> None:
     gallery_draw.write_small_png(FIGURES / "history.png", gallery_draw.history(shown, teapots))
     highlit = gallery_draw.bitmap(lambda f: gallery_draw.highlights_figure(f, shown, shade),
                                   gallery_draw.highlights_size(shown))
-    gallery_draw.write_small_png(FIGURES / "highlights.png", highlit, 64)
+    gallery_draw.write_small_png(FIGURES / "highlights.png", highlit, 200)
     files.write_json(RESULTS, measured(shown, shade))
     files.write_text(PAGE, markdown(json.loads(RESULTS.read_text())))
 
