@@ -402,7 +402,7 @@ void Render::restore(std::string_view state) {
     std::memcpy(&samples, films - sizeof samples, sizeof samples);
     const char* p = films;
     const int times = shares_ ? Shares::MOST : 1;  // as many as the mean a pixel may have
-    bool plausible = 0 <= samples && samples <= (MOST_SAMPLES + 1) / times;
+    bool plausible = 0 <= samples && samples <= MOST_SAMPLES / times;
     for_state(*this, [&]<class T>(const T*, std::size_t count) {
         for (T value; count > 0; --count, p += sizeof value) {
             std::memcpy(static_cast<void*>(&value), p, sizeof value);

@@ -252,7 +252,7 @@ TEST(Render, RefusesWhatIsNotItsState) {
     EXPECT_THROW(render.restore(state), std::invalid_argument);
 }
 
-// With a right checksum, as a program may write it that means harm: samples of a tile below 0 would be written outside
+// With a right checksum, as a program may write it that means harm: samples of a pixel below 0 would be written outside
 // of the film.
 TEST(Render, RefusesAStateThatNoRenderLeaves) {
     const Scene scene = lit_by_everything();
@@ -261,7 +261,8 @@ TEST(Render, RefusesAStateThatNoRenderLeaves) {
     render.advance(2);
     std::string good(render.state_size(), '\0');
     render.state(good.data());
-    const std::size_t samples = 16, sums = samples + 4, tile = sums + 8 * 8 * 2 * sizeof(Vec3), finished = tile + 4;
+    const std::size_t samples = 16, sums = samples + 4, pixel = sums + 8 * 8 * 2 * sizeof(Vec3);
+    const std::size_t finished = pixel + 8 * 8 * 4;
     const auto with = [&](std::size_t at, auto value) {
         std::string state = good;
         std::memcpy(state.data() + at, &value, sizeof value);
@@ -269,9 +270,9 @@ TEST(Render, RefusesAStateThatNoRenderLeaves) {
         std::memcpy(state.data() + state.size() - sizeof sum, &sum, sizeof sum);
         return state;
     };
-    EXPECT_NO_THROW(render.restore(with(tile, std::int32_t(1))));
+    EXPECT_NO_THROW(render.restore(with(pixel, std::int32_t(1))));
     for (const std::int32_t count : {-1, 3, INT32_MIN, INT32_MAX})
-        EXPECT_THROW(render.restore(with(tile, count)), std::invalid_argument) << count;
+        EXPECT_THROW(render.restore(with(pixel, count)), std::invalid_argument) << count;
     for (const std::int32_t count : {-1, 1 << 30, INT32_MAX})
         EXPECT_THROW(render.restore(with(samples, count)), std::invalid_argument) << count;
     EXPECT_THROW(render.restore(with(finished, std::uint8_t(2))), std::invalid_argument);
@@ -279,7 +280,7 @@ TEST(Render, RefusesAStateThatNoRenderLeaves) {
         EXPECT_THROW(render.restore(with(sums, sum)), std::invalid_argument) << sum;
     std::string now(render.state_size(), '\0');
     render.state(now.data());
-    EXPECT_EQ(now.compare(with(tile, std::int32_t(1))), 0) << "a state that is refused changes nothing";
+    EXPECT_EQ(now.compare(with(pixel, std::int32_t(1))), 0) << "a state that is refused changes nothing";
 }
 
 }  // namespace

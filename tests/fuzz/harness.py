@@ -12,8 +12,10 @@ import random
 import resource
 import shutil
 import sys
+import sysconfig
 import tempfile
 import traceback
+import types
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -89,6 +91,14 @@ def keep(found, target, name, content, why):
     stem.with_suffix(".why").write_text(f"{name}\n{why}", errors="backslashreplace")
 
 
+def import_plainly():
+    """Makes Python's own loader import lobe: Atheris does not see through that of an editable installation."""
+    package = types.ModuleType("lobe")
+    package.__path__ = [str(Path(sysconfig.get_path("purelib"), "lobe")), str(HERE.parents[1])]
+    sys.modules["lobe"] = package
+    sys.meta_path[:] = [finder for finder in sys.meta_path if "editable" not in type(finder).__module__]
+
+
 def write_examples(target, folder):
     for content in sum(inputs(target), []):
         (folder / hashlib.sha256(content).hexdigest()[:16]).write_bytes(content)
@@ -106,6 +116,7 @@ def main():
     if known.mode == "fuzz":
         import atheris
 
+        import_plainly()
         with atheris.instrument_imports(include=INSTRUMENTED):
             from targets import TARGETS
     else:
