@@ -158,10 +158,11 @@ def _function_rows(library: Catalogue, function: Function, drivers, points: int,
     shaders = {d.name: compare.library_shader(function, d.prepared(source), library.label(function)) for d in drivers}
     if "random" in suites:
         yield from _random_rows(function, shaders, drivers, points, outcome)
+    rules = list(policy.rules(function)) if "policy" in suites else []  # their references serve all drivers
     for driver in drivers:
         shader = shaders[driver.name]
         if "policy" in suites:
-            yield from _policy_rows(function, shader, driver)
+            yield from _policy_rows(function, rules, shader, driver)
         if "off unit" in suites and len(loss := policy.off_unit(function, shader, driver.context)):
             quantiles = {f"loss_{name}": float(loss[int(q * (len(loss) - 1))])
                          for name, q in (("median", 0.5), ("p99", 0.99), ("max", 1.0))}
@@ -211,11 +212,11 @@ def _demand_row(library: Catalogue, demand: physics.Demand, driver: Driver, shad
         "error": float(measure.error[worst]), "allowed": float(measure.allowed[worst])}
 
 
-def _policy_rows(function: Function, shader: compare.Shader, driver: Driver) -> Iterator[dict]:
+def _policy_rows(function: Function, rules: list, shader: compare.Shader, driver: Driver) -> Iterator[dict]:
     bad = policy.unkept(function, driver.context, shader.source)
     yield _row("policy", shader.label, "finite and not negative", driver, len(bad), np.where(bad, np.inf, 0.0)) | {
         "at": {name: x[int(bad.argmax())] for name, x in policy.hostile(function).items()}}
-    for rule in policy.rules(function):
+    for rule in rules:
         ratio = policy.errors(rule, shader, driver.context)
         yield _row("policy", shader.label, rule.name, driver, len(ratio), ratio) | {
             "at": {name: x[int(ratio.argmax())] for name, x in rule.asked.items()}}
