@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from . import catalogue, compare, domain, geometry, gl, identities, quadrature
+from . import catalogue, compare, domain, geometry, gl, identities, quadrature, singular
 from .catalogue import Catalogue, Function
 
 POINTS = 1 << 13
@@ -178,8 +178,9 @@ def is_cut_at_one(function: Function) -> bool:
 
 
 def excess(function: Function, shade: Shades) -> float:
-    """The largest value above 1, exactly."""
-    return float(np.maximum(shade(function.call, function.result, sample(function)) - 1, 0).max())
+    """The largest value above 1, exactly, near singular sets."""
+    inputs = singular.sample(function, 4 * POINTS, SEED)
+    return float(np.maximum(shade(function.call, function.result, inputs) - 1, 0).max())
 
 
 def is_monotone(function: Function) -> bool:
