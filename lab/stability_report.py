@@ -186,7 +186,7 @@ def write(outcome: Outcome, curves: list, out: Path, points: int, matrix: dict |
     failing = [row for row in out_of_tolerance if (row["function"], row["context"]) not in excused]
     page = Path(out) / "stability.html"
     files.write_text(page, environment().get_template("stability.html.j2").render(
-        **_matrix(matrix) if matrix else {},
+        **_matrix(matrix) if matrix else {"p": None},
         failing=failing, excused=len(out_of_tolerance) - len(failing), outcome=outcome,
         verdicts=verdicts(outcome.rows), maps=maps, worst=worst, curves=curves, points=points,
         chart=_uri(plots.drawn(lambda f: stability_chart.draw(f, curves), stability_chart.SIZE)) if curves else "",
