@@ -66,6 +66,16 @@ def test_reference_builds_and_passes_its_tests_without_python():
     run("ctest", "--test-dir", build, "--output-on-failure", "--no-tests=error")
 
 
+@pytest.mark.full
+def test_reference_passes_its_tests_under_sanitizers():
+    """AddressSanitizer, with undefined behaviour. Where GCC does not optimise at all it breaks off, so -Og."""
+    build = ROOT / "build" / "address"
+    cmake("-S", ROOT, "-B", build, "-G", "Ninja", "-DLOBE_SANITIZE=address", "-DCMAKE_BUILD_TYPE=None",
+          "-DCMAKE_CXX_FLAGS=-Og")
+    cmake("--build", build)
+    run(build / "lobe_reference_tests", "--gtest_brief=1")
+
+
 # --- pip
 
 
