@@ -134,7 +134,7 @@ def _cost(function: Function, got: np.ndarray, exact: np.ndarray) -> Cost:
     else:
         size = np.maximum(np.abs(exact), DIM * np.abs(exact).max((1, 2), keepdims=True))
     relative = np.divide(error, size, out=np.zeros_like(error), where=size > 0).max(-1)
-    worst = np.sort(np.nan_to_num(relative, nan=np.inf), axis=1)[:, int(0.99 * relative.shape[1])]
+    worst = np.sort(np.where(np.isnan(relative), np.inf, relative), axis=1)[:, int(0.99 * relative.shape[1])]
     return Cost(worst, np.isfinite(got).all((1, 2)))
 
 
