@@ -8,12 +8,14 @@ is the process that draws for a driver of Mesa's; it speaks pickle over its stan
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import pickle
 import queue
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -248,7 +250,7 @@ class Browser(Remote):
         sandbox = ("--no-sandbox",) if os.geteuid() == 0 else ()
         process = subprocess.Popen([program, *SWITCHES, *sandbox, f"--user-data-dir={profile.name}",
                                     f"http://127.0.0.1:{server.server_port}/"],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_end_with_parent)
         weakref.finalize(self, _close, process, server, profile)
         for name, value in (("_jobs", jobs), ("_answers", answers), ("_process", process)):
             object.__setattr__(self, name, value)
@@ -275,6 +277,12 @@ class Browser(Remote):
         if kind == "fault":
             raise RuntimeError(f"swiftshader: {body.decode()[:500]}")
         return body
+
+
+def _end_with_parent() -> None:
+    """A browser outlives whoever is killed, unless Linux is asked to end it."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
 def essl(text: str) -> str:
