@@ -1,8 +1,8 @@
-"""Feeds damaged files to every reader for a while: benchmarks/fuzz.py --minutes 60, in the night. Needs the extra `fuzz`.
+"""Feeds damaged files to every reader for a while: benchmarks/fuzz.py --minutes 60, in the night. Needs Atheris.
 
-Each target of tests/fuzz runs under Atheris (libFuzzer), guided by the branches of our own and the parsers' Python code. What
-reaches new ones is kept in build/fuzz, from which a later run goes on; the first input of each fault, and where it came from,
-lie in out/fuzz. A repaired one moves to tests/fuzz/corpus, which the tests replay.
+Each target of tests/fuzz runs under Atheris (libFuzzer), guided by the branches of our own and the parsers' Python
+code. What reaches new ones is kept in build/fuzz, from which a later run goes on; the first input of each fault, and
+where it came from, lie in out/fuzz. A repaired one moves to tests/fuzz/corpus, which the tests replay.
 """
 
 import argparse
@@ -37,8 +37,9 @@ def fuzz(target, seconds):
     with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as folder:
         call("examples", target, corpus, folder=folder)
         while (left := round(seconds - (time.monotonic() - began))) > 0:
-            log = call("fuzz", target, found, corpus, f"-max_total_time={left}", f"-timeout={TIMEOUT}", "-max_len=16384",
-                       f"-rss_limit_mb={MEMORY_MB}", "-print_final_stats=1", f"-artifact_prefix={found}/", folder=folder)
+            log = call("fuzz", target, found, corpus, f"-max_total_time={left}", f"-timeout={TIMEOUT}",
+                       "-max_len=16384", f"-rss_limit_mb={MEMORY_MB}", "-print_final_stats=1",
+                       f"-artifact_prefix={found}/", folder=folder)
             if not (executions := counted("number_of_executed_units", log)):
                 sys.exit(f"fuzz: {target} does not begin:\n{log[-2000:]}")
             total["executions"] += executions

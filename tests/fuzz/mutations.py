@@ -8,15 +8,18 @@ import re
 import struct
 import zlib
 
-NUMBERS = ("0", "-0.0", "-1", "1", "2", "3", "0.5", "1e-300", "1e-45", "1e39", "-1e39", "1e308", "nan", "inf", "-inf", "65536",
-           "2147483648", "-2147483649", "4294967295", "18446744073709551616", "1_000", "0x10", "1e6", "1e-6", "9" * 5000)
-STRANGE = ("\0", "\r", "\n", "\t", "\x1b[31m", "\xff", "\xe2\x80\xa8", "\xc2\xb2", "\\", '"', "'", "'''", '"""', "[", "]", "[[", "{", "}", "(",
-           ")", "#", "//", "/*", "*/", ",", ";", "=", ".", "..", "-", "%s", "\xef\xbb\xbf", " " * 3000, "[" * 3000)
-WORDS = (0, 1, 2, 7, 0x7F, 0x80, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF, 0x7F800000, 0xFF800000,
-         0x7FC00000, 0x7F7FFFFF, 0x00000001)
+NUMBERS = ("0", "-0.0", "-1", "1", "2", "3", "0.5", "1e-300", "1e-45", "1e39", "-1e39", "1e308", "nan", "inf", "-inf",
+           "65536", "2147483648", "-2147483649", "4294967295", "18446744073709551616", "1_000", "0x10", "1e6", "1e-6",
+           "9" * 5000)
+STRANGE = ("\0", "\r", "\n", "\t", "\x1b[31m", "\xff", "\xe2\x80\xa8", "\xc2\xb2", "\\", '"', "'",
+           "'''", '"""', "[", "]", "[[", "{", "}", "(", ")", "#", "//",
+           "/*", "*/", ",", ";", "=", ".", "..", "-", "%s", "\xef\xbb\xbf", " " * 3000, "[" * 3000)
+WORDS = (0, 1, 2, 7, 0x7F, 0x80, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF,
+         0x7F800000, 0xFF800000, 0x7FC00000, 0x7F7FFFFF, 0x00000001)
 VALUES = (None, True, False, 0, -1, 1, 2, 5121, 5126, 2**31, 2**63, -(2**63), 10**400, 0.5, -0.0, 1e-300, 1e39, 1e308,
-          float("nan"), float("inf"), "", "x", "0", "\0", "\x1b[31m", "VEC3", "SCALAR", "MAT4", ".", "/", "..", "/dev/zero", "input.gltf",
-          "none.bin", "data:,", "data:application/octet-stream;base64,AAAA", "http://127.0.0.1:9/x", [], {}, [0], [[]],
+          float("nan"), float("inf"), "", "x", "0", "\0", "\x1b[31m", "VEC3", "SCALAR", "MAT4", ".", "/", "..",
+          "/dev/zero", "input.gltf", "none.bin", "data:,",
+          "data:application/octet-stream;base64,AAAA", "http://127.0.0.1:9/x", [], {}, [0], [[]],
           {"": {}}, [1e308] * 3, [0] * 16)
 _TOKEN = re.compile(r"[A-Za-z_]\w*|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\s+|.", re.S)
 _IS_NUMBER, _IS_WORD = re.compile(r"[-+.]*\d"), re.compile(r"[A-Za-z_]")
@@ -155,6 +158,10 @@ def ply(content, chance, donors):
     if chance.random() < 0.6:
         return text(content[:end], chance, donors) + content[end:]
     return content[:end] + (text if b"ascii" in content[:end] else binary)(content[end:], chance, donors)
+
+
+def stl(content, chance, donors):
+    return (text if content.startswith(b"solid") else binary)(content, chance, donors)
 
 
 def exr(content, chance, donors):

@@ -7,6 +7,7 @@ nothing else, prints nothing, and leaves the folder of its input as it was.
 import contextlib
 import json
 import math
+import re
 import struct
 import warnings
 import zlib
@@ -17,8 +18,8 @@ from pathlib import Path
 import mutations
 import numpy as np
 
-from lobe.lab import (bundle, catalogue, cli, commands, compare, exr, files, gl, gltf_materials, matrix, meshes, rendering,
-                      scene_files, spectra)
+from lobe.lab import (bundle, catalogue, cli, commands, compare, exr, files, gl, gltf_materials, matrix, meshes,
+                      rendering, scene_files, spectra)
 from lobe.lab.errors import InputError
 from lobe.lab.paths import DATA, GLSL, ROOT
 
@@ -98,7 +99,7 @@ def _read_mesh(path):
 def _read_gltf(path):
     for part, material in meshes.load_parts(path):
         _require_mesh(part)
-        with contextlib.suppress(TypeError, ValueError, AttributeError, OverflowError):  # scene_files refuses it with the object's place
+        with contextlib.suppress(TypeError, ValueError, AttributeError, OverflowError):  # scene_files refuses it
             _require_material(gltf_materials.translated(material, str))
     _read_mesh(path)
 
@@ -140,12 +141,14 @@ def _ply_examples():
     mesh = _square_mesh()
     mesh.vertex_normals
     text, data = (mesh.export(file_type="ply", encoding=kind, vertex_normal=True) for kind in ("ascii", "binary"))
-    big = (b"ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-           b"element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    big = (b"ply\nformat binary_big_endian 1.0\nelement vertex 3\n"
+           b"property float x\nproperty float y\nproperty float z\nelement face 1\n"
+           b"property list uchar int vertex_indices\nend_header\n"
            + struct.pack(">9fB3i", 0, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2))
-    mixed = (b"ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n"
-             b"property uchar red\nproperty float s\nproperty float t\nelement face 1\nproperty list uchar int vertex_indices\n"
-             b"end_header\n0 0 0 9 0 0\n1 0 0 9 1 0\n1 1 0 9 1 1\n0 1 0 9 0 1\n4 0 1 2 3\n")
+    mixed = (b"ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty double y\n"
+             b"property float z\nproperty uchar red\nproperty float s\nproperty float t\nelement face 1\n"
+             b"property list uchar int vertex_indices\nend_header\n"
+             b"0 0 0 9 0 0\n1 0 0 9 1 0\n1 1 0 9 1 1\n0 1 0 9 0 1\n4 0 1 2 3\n")
     return [text, data, big, mixed]
 
 
@@ -162,21 +165,25 @@ def _gltf_document():
     data = positions.tobytes() + normals.tobytes() + indices.tobytes()
     views = [(0, 48, 34962), (48, 48, 34962), (96, 12, 34963)]
     material = {"name": "coat", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.2, 0.1, 1], "metallicFactor": 0.5,
-                "roughnessFactor": 0.4, "baseColorTexture": {"index": 0}}, "emissiveFactor": [0, 0, 1], "doubleSided": True,
-                "alphaMode": "BLEND", "extensions": {"KHR_materials_ior": {"ior": 1.4},
+                "roughnessFactor": 0.4, "baseColorTexture": {"index": 0}},
+                "emissiveFactor": [0, 0, 1], "doubleSided": True, "alphaMode": "BLEND",
+                "extensions": {"KHR_materials_ior": {"ior": 1.4},
                 "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.9, 0.8]}}}
     glass = {"pbrMetallicRoughness": {"roughnessFactor": 0, "metallicFactor": 0},
              "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}
     primitive = {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "mode": 4}
     return {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-            "nodes": [{"children": [1], "translation": [0, 1, 0], "rotation": [0, 0, 0, 1], "scale": [1, 2, 1], "mesh": 0},
+            "nodes": [{"children": [1], "translation": [0, 1, 0], "rotation": [0, 0, 0, 1], "scale": [1, 2, 1],
+                       "mesh": 0},
                       {"mesh": 0, "matrix": [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 1]}],
             "meshes": [{"name": "m", "primitives": [primitive | {"material": 0}, primitive | {"material": 1}]}],
             "materials": [material, glass],
-            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0.5]},
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0],
+                           "max": [1, 1, 0.5]},
                           {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
                           {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR", "byteOffset": 0}],
-            "bufferViews": [{"buffer": 0, "byteOffset": start, "byteLength": size, "target": kind} for start, size, kind in views],
+            "bufferViews": [{"buffer": 0, "byteOffset": start, "byteLength": size, "target": kind}
+                            for start, size, kind in views],
             "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," +
                          base64.b64encode(data).decode()}]}, data
 
@@ -237,7 +244,8 @@ def _exr_examples():
     found = [_exr_of(16, 8, f"{c}_COMPRESSION", np.float16 if i % 2 else np.float32, "RGBA" if i % 3 else "RGB")
              for i, c in enumerate(compressions)]
     with tempfile.TemporaryDirectory() as folder:
-        path, parts = Path(folder, "p.exr"), [exr.Part("beauty", ("R", "G", "B")), exr.Part("samples", ("I",), "uint32")]
+        path = Path(folder, "p.exr")
+        parts = [exr.Part("beauty", ("R", "G", "B")), exr.Part("samples", ("I",), "uint32")]
         with exr.Writer(path, 8, 4, parts, {"note": "x", "seed": 1}) as writer:
             writer.write(0, np.ones((4, 8, 3), np.float32)), writer.write(1, np.ones((4, 8, 1), np.uint32))
         return [*found, path.read_bytes()]
@@ -256,7 +264,8 @@ def _read_table(path):
 
 def _csv_examples():
     gold = (DATA / "ior" / "Au_Johnson.csv").read_bytes()
-    return [gold, b"wavelength_um,n,k\n0.3,1,0\n0.9,2,1\n", b'\xef\xbb\xbf"k", "n", "wavelength_um", note\n3,0.1,0.3,x\n3,0.2,0.9,\n']
+    return [gold, b"wavelength_um,n,k\n0.3,1,0\n0.9,2,1\n",
+            b'\xef\xbb\xbf"k", "n", "wavelength_um", note\n3,0.1,0.3,x\n3,0.2,0.9,\n']
 
 
 # Shaders.
@@ -287,7 +296,7 @@ def _read_names(path):
     require(all(name.partition("(")[0] in text for name in names), "a name that is missing")
     for name in names:
         for function in library.find(name) if name not in library.constants else ():
-            require(text.count(function.definition) == 1, f"{function.key} is there {text.count(function.definition)} times")
+            require(text.count(function.definition) == 1, f"{function.key}: not there, or not once")
 
 
 def _names_examples():
@@ -326,8 +335,9 @@ def _case(function):
 
 def _foreign_examples():
     library = catalogue.load()
-    own = "#version 330\n// mine\nvec3 mine(vec3 N, vec3 V, vec3 L, vec3 albedo) {\n    float c = max(dot(N, L), 0.0);\n" \
-          "    for (int i = 0; i < 4; ++i) c += 0.0 * float(i);\n    return c > 0.0 && dot(N, V) > 0.0 ? albedo / 3.14159265 : vec3(0.0);\n}\n"
+    own = ("#version 330\n// mine\nvec3 mine(vec3 N, vec3 V, vec3 L, vec3 albedo) {\n"
+           "    float c = max(dot(N, L), 0.0);\n    for (int i = 0; i < 4; ++i) c += 0.0 * float(i);\n"
+           "    return c > 0.0 && dot(N, V) > 0.0 ? albedo / 3.14159265 : vec3(0.0);\n}\n")
     found = [f"mine(N, V, L, albedo)\nlobe_Lambert\n{own}".encode()]
     for name in ("lobe_D_GGX(vec3,vec3,float)", "lobe_F_Schlick(float,vec3)", "lobe_cosT"):
         (function,) = library.find(name)
@@ -419,9 +429,8 @@ def _scene_beside():
 def _scene_examples():
     found = [SCENE, SCENE + MORE]
     for path in sorted((ROOT / "examples" / "scenes").glob("*.toml")):
-        text = path.read_text().replace("../../data/hdri/studio.exr", "probe.exr").replace("../../data/hdri/lobby.exr", "probe.exr")
-        for mesh in ("bunny", "suzanne", "teapot"):
-            text = text.replace(f"../../data/mesh/{mesh}.obj", "mesh.obj")
+        text = re.sub(r"\.\./\.\./data/hdri/\w+", "probe", path.read_text())
+        text = re.sub(r"\.\./\.\./data/mesh/\w+", "mesh", text)
         found.append(text)
     return [text.encode() for text in found]
 
@@ -435,8 +444,8 @@ def _read_scene(path):
     from lobe import reference
 
     strategy, depth = settings.strategy, min(settings.depth, 16)
-    render = reference.Render(scene.scene, scene.camera, 3, 2, depth=depth, roulette=settings.roulette, seed=settings.seed,
-                              strategy=strategy, layers=settings.layers)
+    render = reference.Render(scene.scene, scene.camera, 3, 2, depth=depth, roulette=settings.roulette,
+                              seed=settings.seed, strategy=strategy, layers=settings.layers)
     render.advance(1)
     beauty = render.beauty()
     require(np.isfinite(beauty).all() and beauty.min() >= 0, f"beauty {beauty.min()} to {beauty.max()}")
@@ -475,14 +484,14 @@ TARGETS = {target.name: target for target in (
     Target("scene", ".toml", _read_scene, mutations.text, _scene_examples, _scene_beside),
     Target("obj", ".obj", _read_mesh, mutations.text, _obj_examples),
     Target("ply", ".ply", _read_mesh, mutations.ply, _ply_examples),
-    Target("stl", ".stl", _read_mesh, lambda c, *rest: (mutations.text if c.startswith(b"solid") else mutations.binary)(c, *rest),
-           _stl_examples),
+    Target("stl", ".stl", _read_mesh, mutations.stl, _stl_examples),
     Target("gltf", ".gltf", _read_gltf, mutations.gltf, _gltf_examples, lambda: {"data.bin": _gltf_document()[1]}),
     Target("glb", ".glb", _read_gltf, mutations.glb, _glb_examples),
     Target("exr", ".exr", _read_environment, mutations.exr, _exr_examples),
     Target("csv", ".csv", _read_table, mutations.text, _csv_examples),
     Target("header", ".glsl", _read_header, mutations.text, _header_examples, _header_beside),
     Target("bundle", ".txt", _read_names, mutations.text, _names_examples),
-    Target("foreign", ".txt", _read_foreign, mutations.text, _foreign_examples, lambda: {"foreign.glsl": b""}, _context),
+    Target("foreign", ".txt", _read_foreign, mutations.text, _foreign_examples, lambda: {"foreign.glsl": b""},
+           _context),
     Target("checkpoint", ".checkpoint", _read_checkpoint, mutations.checkpoint, lambda: _rendered()[1]),
 )}
