@@ -27,7 +27,7 @@
 // param  alphas  vec2   1e-4..4  0.1,0.5  microfacet widths
 // param  weight  float  0..1     0.3  share of the second width
 // normalised  yes
-// units       8
+// units       12, the 8 of D, and the roundings of shares, products and sum where D is flat
 // source      Trowbridge, Reitz 1975; Walter et al. 2007, eq. 33
 float lobe_D_GGX_blend(vec3 N, vec3 H, vec2 alphas, float weight) {
     float w = clamp(weight, 0.0, 1.0);
@@ -39,7 +39,7 @@ float lobe_D_GGX_blend(vec3 N, vec3 H, vec2 alphas, float weight) {
 // param  alphas   vec3  1e-4..4  0.05,0.2,0.6  microfacet widths
 // param  weights  vec3  0..1     0.5,0.3,0.2  shares, which are divided by their sum
 // normalised  yes
-// units       8
+// units       12, the 8 of D, and the roundings of shares, products and sum where D is flat
 // source      Trowbridge, Reitz 1975; Walter et al. 2007, eq. 33
 float lobe_D_GGX_blend3(vec3 N, vec3 H, vec3 alphas, vec3 weights) {
     vec3 w = clamp(weights, 0.0, 1e9);

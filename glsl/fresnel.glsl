@@ -241,7 +241,7 @@ vec3 lobe_F_conductor_fast(float cosI, vec3 eta, vec3 k) {
     float u = clamp(1.0 - cosI, 0.0, 1.0);
     float x = u * u * (u * u) * u;
     vec3 n = clamp(eta, 0.0, 1e9), kappa = clamp(k, 0.0, 1e9), k2 = kappa * kappa;
-    return ((n - 1.0) * (n - 1.0) + 4.0 * x * n + k2) / ((n + 1.0) * (n + 1.0) + k2);
+    return min(((n - 1.0) * (n - 1.0) + 4.0 * x * n + k2) / ((n + 1.0) * (n + 1.0) + k2), 1.0);
 }
 
 // Schlick's approximation of the Fresnel reflectance, with 1 at grazing.

@@ -174,7 +174,7 @@ def fraction(function: Function, shade: Shades) -> Measure:
 def is_cut_at_one(function: Function) -> bool:
     """Whether it is a fraction that no rounding brings above 1, so that 1 - F has a root: all but those that add up to
     whatever they have at grazing."""
-    return is_fraction(function) and function.parameter("f90") is None and function.name != "lobe_F_conductor_fast"
+    return is_fraction(function) and function.parameter("f90") is None
 
 
 def excess(function: Function, shade: Shades) -> float:
@@ -288,12 +288,14 @@ def largest_albedo(function: Function, shade: Shades) -> float:
 
 
 def energy(function: Function, shade: Shades) -> Measure:
-    """Of the largest albedo beyond the bound that the header states; or its distance from the figure of a gain."""
+    """Of the largest albedo beyond the bound that the header states; or its distance from the figure of a gain, which over
+    shapes, of which these are some, is a bound."""
     largest = largest_albedo(function, shade)
     if function.energy_bound is not None:
         return Measure.of(max(largest - function.energy_bound, 0.0), ALBEDO_ERROR)
     figure = float(re.match(r"no, \D*(\d+\.?\d*)", function.energy)[1])
-    return Measure.of(abs(largest - figure), 2e-3 * figure)
+    off = max(largest - figure, 0.0) if "over shapes" in function.energy else abs(largest - figure)
+    return Measure.of(off, 2e-3 * figure)
 
 
 def equal_albedo(library: Catalogue, identity: str, shade: Shades) -> Measure:
