@@ -108,12 +108,14 @@ Ngan et al. 2004 fitted the models of their day to the same measurements and ask
   Beckmann's facets where the surface is very rough, as the aluminium nearly is. F is exact everywhere. What waves leave
   to the mirror at grazing is no reflectance, and is not in the gold.
 
-Models have one Lambert part, unless they bring a diffuse part of their own; colours within the headers' ranges, 1 at
-most; and one shape for all channels, but for Lafortune's lobes, which have their own in each. Minimised is the sum of
+Models have one Lambert part, unless they bring a diffuse part of their own; colours and shapes within the headers'
+ranges, colours 1 at most, and shapes no narrower than the samples resolve:
+{_narrowest()}; an inner layer of Schlick's is gone before it is too narrow. All channels have one shape, but for
+Lafortune's lobes, which have their own in each. Minimised is the sum of
 (N·V N·L (fit − f))² over both hemispheres by {found["samples"]} nodes, all channels together; the *residual* is its
 root over that of the material. Values come from the library's reference, in double precision and in batches; only
-Lafortune's lobes are fitted in NumPy. From a grid of shapes the best {classic.STARTS} that are no neighbours descend by
-a trust region: {_minima(found)}
+Lafortune's lobes are fitted in NumPy. From a grid of shapes, the ends of their ranges on it, each place with its
+best colours, the best {classic.STARTS} that are no neighbours descend by a trust region: {_minima(found)}
 
 Cost is AMD's compiled code of the whole sum, every parameter varying from pixel to pixel: cycles for which 64
 invocations keep one SIMD unit of {GPU} busy ({found["toolchain"]}; {found["date"]}).
@@ -125,9 +127,11 @@ invocations keep one SIMD unit of {GPU} busy ({found["toolchain"]}; {found["date
 ## Residuals
 
 {residual_table(found)}
-Means are geometric. Bold is the best of a material. † without its highlight, which made it worse: that of a model with
-Schlick's Fresnel term is white at grazing, whatever f0. In italics what is no result: three of Lafortune's lobes are
-the material itself, one and two its kin. Schlick's layers put what is smooth into a mirror, which is no reflectance.
+Means are geometric. Bold is the best of a material, as printed. † without its highlight, which made it worse: that of a
+model with Schlick's Fresnel term is white at grazing, whatever f0. A model that is a sum may leave it out, Ashikhmin and
+Shirley's included, of which the diffuse part is then left; Schlick's layers are no sums: all that they reflect is times
+that term. They put what is smooth into a mirror, which is no reflectance. In italics what is no result: three of Lafortune's lobes
+are the material itself, one and two its kin.
 
 ## What eyes judge, and energy
 
@@ -147,14 +151,15 @@ FLIP against the first: {flips}. {_seen(found)}
 
 
 def residual_table(found: dict) -> str:
-    best = champions(found)
+    best = {t: _percent(_row(found, name)["fits"][t]["residual"]) for t, name in champions(found).items()}
 
     def cell(row, t):
         fit = row["fits"][t["name"]]
-        text = _percent(fit["residual"]) + "†" * fit["dropped"]
+        value = _percent(fit["residual"])
+        text = value + "†" * fit["dropped"]
         if is_at_home(row, t["kind"]):
             return f"*{text}*"
-        return f"**{text}**" if row["name"] == best[t["name"]] else text
+        return f"**{text}**" if value == best[t["name"]] else text
 
     head = " | ".join(["model", "cycles", "six, mean", "four, mean", *(t["name"] for t in found["targets"])])
     return _table(head, ([row["name"], str(cycles(row)), *_means(row, found, "residual"),
@@ -218,18 +223,29 @@ def _minima(found: dict) -> str:
             for name, fit in row["fits"].items() if len(fit["ends"]) > 1]
     worst = max(ends)
     apart = sum(e[0] > SAME for e in ends)
+    first = sum(fit["ends"][0] > SAME * min(fit["ends"]) for row in found["models"] for fit in row["fits"].values()
+                if fit["ends"])
     return (f"{apart} of {len(ends)} searches ended in minima that differ, up to {worst[0]:.2g} times as bad "
-            f"({worst[1]}, {worst[2]}); one start would not have done.")
+            f"({worst[1]}, {worst[2]}), and {first} had the best one not from the best start.")
+
+
+def _narrowest() -> str:
+    """The bounds that are not the headers'."""
+    told = {}
+    for name, bound in classic.NARROWEST.items():
+        told.setdefault(bound, []).append(name)
+    return ", ".join(f"{' and '.join(names)} {'≥' if bound < 1 else '≤'} {bound:g}" for bound, names in told.items())
 
 
 def _seen(found: dict) -> str:
     """Which looks best, and whether the residual says so."""
     told = []
     for name in SHOWN:
-        eye = PICTURED[int(np.argmin(found["flip"][name]))]
-        squared = min(PICTURED, key=lambda m: _row(found, m)["fits"][name]["residual"])
-        told.append(f"Of {name}, {eye} looks most alike" + (
-            ", as its residual says." if eye == squared else f", though {squared} has the smallest residual of these."))
+        flips = [f"{x:.3f}" for x in found["flip"][name]]
+        eye = [m for m, x in zip(PICTURED, flips) if x == min(flips)]
+        squared = min(PICTURED, key=lambda m, t=name: _row(found, m)["fits"][t]["residual"])
+        told.append(f"Of {name}, {' and '.join(eye)} look{'s' * (len(eye) == 1)} most alike" + (
+            ", as the residual says." if squared in eye else f", though {squared} has the smallest residual of these."))
     return " ".join(told)
 
 
@@ -311,7 +327,8 @@ def teapots(found: dict) -> tuple[np.ndarray, dict[str, list[float]]]:
     for name in SHOWN:
         lobes = published()[name.replace(" ", "_")]
         fits = [(m, _row(found, m)["fits"][name]) for m in PICTURED]
-        fits = [classic.material(models["Lambert" if fit["dropped"] else m], _tuples(fit["values"])) for m, fit in fits]
+        fits = [classic.material(classic.Model(m, models[m].plain) if fit["dropped"] else models[m],
+                                 _tuples(fit["values"])) for m, fit in fits]
         strip = figures.teapots([[(LAFORTUNE3, shader_parameters(lobes))], *fits], 200, 150)
         first, *others = np.split(strip, len(PICTURED) + 1, axis=1)
         flips[name] = [compare.flip(first.copy(), other.copy()) for other in others]
