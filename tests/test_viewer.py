@@ -15,7 +15,7 @@ from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
-from lobe.viewer import camera, picture, plots, scene_panel, state as states, truth
+from lobe.viewer import camera, picture, plots, scene_panel, state as states, truth, window
 from lobe.viewer.state import MODES
 
 SIZE = (800, 560)
@@ -631,7 +631,7 @@ def resized(app, hand, size):
     return app.picture_rect, app.pictures["A"].full.size
 
 
-@pytest.mark.parametrize("size", [(640, 400), (1280, 720), SIZE])
+@pytest.mark.parametrize("size", [window.SMALLEST, (1280, 720), SIZE])
 def test_the_picture_stays_inside_of_a_window_of_any_size(viewer, size):
     (x, y, width, height), pixels = viewer.do(resized, size)
     assert x > 0 and y > 0 and x + width < size[0] and y + height < size[1]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from lobe.lab import catalogue, gl
+from lobe.lab import catalogue, gallery, gl
 from lobe.lab.errors import InputError
-from lobe.viewer import app, choices, curves, numbers_panel, plausible, plots, presets, window
+from lobe.viewer import app, choices, curves, numbers_panel, plausible, plots, presets, theme, window
 from lobe.viewer import state as states
 
 LIBRARY = catalogue.load()
@@ -230,14 +230,41 @@ def test_each_lobe_is_in_one_group_oldest_first():
     found = choices.groups(LIBRARY)
     assert sorted(f.key for group in found.values() for f in group) == sorted(f.key for f in LOBES)
     for group in found.values():
-        years = [choices.year(f) for f in group]
+        years = [gallery.year(f) for f in group]
         assert years == sorted(years) and min(years) > 1700
+    assert set(found) == set(gallery.GROUPS), "a lobe of a file that no group has: add it to lab/gallery.py"
 
 
 def test_a_search_finds_names_papers_and_words():
-    assert "GGX" in [choices.short(f) for f in choices.groups(LIBRARY, "ggx")["specular"]]
+    assert "GGX" in [choices.short(f) for f in choices.groups(LIBRARY, "ggx")["Microfacets"]]
     assert {f.name for group in choices.groups(LIBRARY, "oren 1994").values() for f in group} >= {"lobe_OrenNayar"}
     assert choices.groups(LIBRARY, "no such word") == {}
+
+
+@pytest.mark.parametrize("search, name", [
+    ("ggx", "GGX"), ("ggx_k", "GGX_Kelemen"), ("lobe_GGX", "GGX"), ("aniso", "GGX_aniso"), ("oren nayar", "OrenNayar"),
+    ("torrance sparrow", "TorranceSparrow"), ("phong", "Phong"), ("trowbridge", "GGX")])
+def test_a_search_takes_the_name_before_the_header(search, name):
+    assert choices.short(choices.best(LIBRARY, search)) == name
+
+
+def test_a_search_for_nothing_takes_nothing():
+    assert choices.best(LIBRARY, " ") is None and choices.best(LIBRARY, "no such word") is None
+
+
+def test_a_slider_tells_what_the_header_notes():
+    function = one("lobe_OrenNayar")
+    assert "negative" in choices.about(function, function.parameter("sigma"))[0]
+    assert choices.about(function, function.parameter("albedo")) == []
+
+
+def test_panels_are_as_wide_again_when_the_window_is():
+    layout = theme.Layout()
+    wide = layout.fitted(1280.0, 690.0, 16.0)
+    assert layout.fitted(640.0, 370.0, 16.0)[0] < wide[0]
+    assert layout.fitted(1280.0, 690.0, 16.0) == wide
+    left, right, _ = layout.fitted(window.SMALLEST[0], window.SMALLEST[1] - 30.0, 16.0)
+    assert min(left, right) >= 12 * 16 and window.SMALLEST[0] - left - right >= 24 * 16
 
 
 def test_wide_ranges_are_logarithmic():
@@ -544,8 +571,12 @@ def test_a_lobe_is_chosen_by_keys_alone(viewer):
         imgui.get_io().add_input_character(ord(letter))
         frames(viewer, 1)
     press(imgui.Key.enter)
-    assert viewer.state.sides["A"] == [states.Lobe(one("lobe_GGX_Kelemen").key, {
-        "f0": pytest.approx((1.0, 0.5, 0.25)), "alpha": (0.125,)})]
+    chosen = [states.Lobe(one("lobe_GGX_Kelemen").key, {"f0": pytest.approx((1.0, 0.5, 0.25)), "alpha": (0.125,)})]
+    assert viewer.state.sides["A"] == chosen
+    before = viewer.state.mode
+    frames(viewer, 4)
+    press(imgui.Key.enter)
+    assert viewer.state.mode == before and viewer.state.sides["A"] == chosen
     kind = viewer.state.plots.kind
     press(imgui.Key.k)
     assert viewer.state.plots.kind != kind

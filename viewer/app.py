@@ -155,16 +155,19 @@ class App:
         middle = inner.x - left - right - 2 * gap
         self._panel("lobes", left, inner.y)(lambda: lobe_panel.draw(self.state, self.services))
         imgui.same_line(0, 0)
-        layout.left += layout.splitter("left", gap, inner.y, 0) / em
+        if moved := layout.splitter("left", gap, inner.y, 0):
+            layout.left = (left + moved) / em
         imgui.same_line(0, 0)
         imgui.begin_group()
         above = inner.y - bottom - gap
         self._panel("picture", middle, above, padded=False)(lambda: self._picture_area(middle, above))
-        layout.bottom -= layout.splitter("bottom", middle, gap, 1) / em
+        if moved := layout.splitter("bottom", middle, gap, 1):
+            layout.bottom = (bottom - moved) / em
         self._panel("plots", middle, bottom)(lambda: plots.draw(self.state, self.services))
         imgui.end_group()
         imgui.same_line(0, 0)
-        layout.right -= layout.splitter("right", gap, inner.y, 0) / em
+        if moved := layout.splitter("right", gap, inner.y, 0):
+            layout.right = (right - moved) / em
         imgui.same_line(0, 0)
         self._panel("right", right, inner.y)(self._right)
         imgui.end()

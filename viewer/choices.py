@@ -1,4 +1,4 @@
-"""What the lobe panel offers: the lobes by family and year, where each comes from, its slider for a parameter, what it
+"""What the lobe panel offers: the lobes by group and year, where each comes from, its slider for a parameter, what it
 costs, and the GLSL to paste. All of it grows from the headers; no lobe is named here."""
 
 from __future__ import annotations
@@ -10,11 +10,10 @@ from urllib.parse import quote_plus
 
 import numpy as np
 
-from ..lab import bundle, cost, domain
+from ..lab import bundle, cost, domain, gallery
 from ..lab.catalogue import Catalogue, Function, Parameter
 from . import curves
 
-UNSORTED = "other"  # the family of a header without a `family` line
 DECADES = 20.0  # a range that spans more than this factor gets a logarithmic slider
 LOWEST = 1e-4  # where the logarithmic slider of a range that begins at 0 begins
 GPU = "NAVI21"
@@ -25,21 +24,29 @@ def shown_lobes(library: Catalogue) -> list[Function]:
     return [f for f in library.functions if f.takes_vectors]
 
 
-def year(function: Function) -> int:
-    """Of the first publication that the header cites; 0 where it cites none."""
-    found = re.search(r"\b(1[5-9]|20)\d\d\b", function.source)
-    return int(found[0]) if found else 0
-
-
 def groups(library: Catalogue, search: str = "") -> dict[str, list[Function]]:
-    """Family -> its lobes, the oldest first, of those in whose name or header every word of the search is found."""
+    """Group of the gallery -> its lobes, the oldest first, of those in whose name or header every word of the search is
+    found."""
     words = search.lower().split()
     found: dict[str, list[Function]] = {}
-    for f in sorted(shown_lobes(library), key=lambda f: (year(f), f.name)):
+    for f in gallery.lobes(library):
         text = f"{f.name}\n{f.header}\n{f.stem}".lower()
         if all(word in text for word in words):
-            found.setdefault(f.family or UNSORTED, []).append(f)
-    return dict(sorted(found.items(), key=lambda item: (item[0] == UNSORTED, item[0])))
+            found.setdefault(gallery.group(f), []).append(f)
+    return found
+
+
+def best(library: Catalogue, search: str) -> Function | None:
+    """What a search means: the lobe of that name, else one whose name begins with it, else one whose name has it, else
+    the first in whose header it is; None where nothing was asked for or found."""
+    found = [f for group in groups(library, search).values() for f in group]
+    text = "".join(search.lower().split()).removeprefix("lobe_")
+
+    def rank(f: Function) -> int:
+        name = short(f).lower()
+        return 0 if name == text else 1 if name.startswith(text) else 2 if text in name else 3
+
+    return min(found, key=rank, default=None) if text else None
 
 
 def short(function: Function) -> str:
@@ -75,6 +82,12 @@ def carried_over(values: dict[str, tuple[float, ...]], function: Function) -> di
         return known if inside(p, known) else rounded_into(p, known) if len(known) == p.width else p.default
 
     return {p.name: value(p) for p in function.parameters if not p.is_geometry}
+
+
+def about(function: Function, p: Parameter) -> list[str]:
+    """The sentences of a header that name a parameter, beside its own line."""
+    sentences = re.split(r"(?<=[.;])\s+(?=[A-Z])", " ".join(function.notes))
+    return [s for s in sentences if re.search(rf"\b{p.name}\b", s) and not s.startswith("Why this form")]
 
 
 # --- GLSL to paste ----------------------------------------------------------------------------------------------------

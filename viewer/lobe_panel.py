@@ -8,16 +8,19 @@ from weakref import WeakKeyDictionary
 
 from imgui_bundle import imgui
 
+from ..lab import gallery
 from ..lab.catalogue import Function, Parameter
 from . import choices, presets, theme
 from .services import Services
 from .state import SIDES, Lobe, State
 
 MOST_LOBES = 4  # of one material
+CLOSING = 3  # frames, until ImGui has chosen what has the focus after a popup
 LIST = imgui.Key.l  # opens the list of lobes
 _SLIDER = (imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.no_round_to_format).value
 _COLOUR = (imgui.ColorEditFlags_.float | imgui.ColorEditFlags_.picker_hue_wheel).value
 _searched: WeakKeyDictionary = WeakKeyDictionary()  # services -> the text in the search box
+_closed: WeakKeyDictionary = WeakKeyDictionary()  # services -> which list was closed, for how many frames it keeps the focus
 _offered: WeakKeyDictionary = WeakKeyDictionary()  # services -> what was computed of the library, by what it is
 
 
@@ -73,7 +76,7 @@ def _lobe(material: list[Lobe], i: int, services: Services) -> bool:
     imgui.push_item_width(-width - imgui.get_style().item_inner_spacing.x)
     for p in function.parameters:
         if not p.is_geometry:
-            lobe.values[p.name] = slider(p, lobe.values.get(p.name, p.default))
+            lobe.values[p.name] = slider(p, lobe.values.get(p.name, p.default), choices.about(function, p))
     imgui.pop_item_width()
     _starts(lobe, services)
     _takes(lobe, services)
@@ -90,13 +93,13 @@ def _pressed(key: imgui.Key) -> bool:
 
 
 def _chooser(lobe: Lobe, services: Services, asked: bool) -> None:
-    """A list of all lobes by family and year, with a search; Enter takes the first one found. `asked` opens it."""
-    function = lobe.function
+    """A list of all lobes by group and year, with a search; Enter takes the one that is marked. `asked` opens it."""
+    function, combo = lobe.function, imgui.get_id("##lobe")
     if asked:
         imgui.open_popup(imgui.internal.im_hash_str("##ComboPopup", 0, imgui.get_id("##lobe")))
-    if not imgui.begin_combo("##lobe", f"{choices.short(function)}  {choices.year(function)}",
+    if not imgui.begin_combo("##lobe", f"{choices.short(function)}  {gallery.year(function)}",
                              imgui.ComboFlags_.height_largest):
-        return
+        return _keep_focus(services, combo)
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
         _searched[services] = ""
@@ -105,12 +108,14 @@ def _chooser(lobe: Lobe, services: Services, asked: bool) -> None:
                                                _searched.get(services, ""), imgui.InputTextFlags_.enter_returns_true)
     _searched[services] = text
     found = choices.groups(services.library, text)
-    chosen = next((f for group in found.values() for f in group), None) if entered else None
-    for family, functions in found.items():
-        imgui.separator_text(family)
+    best = choices.best(services.library, text)
+    chosen = best if entered else None
+    marked = (best or function).key
+    for group, functions in found.items():
+        imgui.separator_text(group)
         for f in functions:
             cycles = once(services, ("cycles", f.key), lambda: choices.cycles(services.library, f))
-            if imgui.selectable(f"{choices.year(f)}  {choices.short(f)}##{f.key}", f.key == function.key)[0]:
+            if imgui.selectable(f"{gallery.year(f)}  {choices.short(f)}##{f.key}", f.key == marked)[0]:
                 chosen = f
             if f.key == function.key and imgui.is_window_appearing():
                 imgui.set_item_default_focus()
@@ -123,11 +128,22 @@ def _chooser(lobe: Lobe, services: Services, asked: bool) -> None:
     if not found:
         imgui.text_disabled("no lobe has all these words")
     else:
-        imgui.text_disabled("on the right: cycles on RDNA2")
+        imgui.text_disabled("on the right: cycles for 64 pixels (RDNA2)")
     if chosen:
         _become(lobe, chosen)
         imgui.close_current_popup()
+        _closed[services] = combo, CLOSING
     imgui.end_combo()
+
+
+def _keep_focus(services: Services, combo: int) -> None:
+    """After a choice the keyboard stays with the list, quietly: ImGui would go to the window's first button, which the
+    next Enter would press."""
+    closed, frames = _closed.get(services, (0, 0))
+    if closed == combo and frames:
+        _closed[services] = combo, frames - 1
+        imgui.internal.set_focus_id(combo, imgui.internal.get_current_window())
+        imgui.set_nav_cursor_visible(False)
 
 
 def _become(lobe: Lobe, function: Function) -> None:
@@ -143,8 +159,9 @@ def _with_defaults(function: Function) -> Lobe:
 # --- its parameters ---------------------------------------------------------------------------------------------------
 
 
-def slider(p: Parameter, value: tuple[float, ...]) -> tuple[float, ...]:
-    """What suits a parameter: a colour, or a slider for each component, logarithmic where its range asks it."""
+def slider(p: Parameter, value: tuple[float, ...], notes: list[str]) -> tuple[float, ...]:
+    """What suits a parameter: a colour, or a slider for each component, logarithmic where its range asks it. The header
+    may have notes on it."""
     if p.kind == "color":
         changed, new = imgui.color_edit3(p.name, list(value), _COLOUR)
     else:
@@ -158,6 +175,10 @@ def slider(p: Parameter, value: tuple[float, ...]) -> tuple[float, ...]:
     if imgui.begin_item_tooltip():
         unit = f" [{p.unit}]" if p.unit else ""
         imgui.text_unformatted(f"{p.meaning}{unit}\n{p.low:g} to {p.high:g}; Ctrl+click or Enter to type a number")
+        imgui.push_text_wrap_pos(30 * imgui.get_font_size())
+        for note in notes:
+            imgui.text_unformatted(note)
+        imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
     return choices.rounded_into(p, new[: p.width]) if changed else value
 

@@ -45,7 +45,7 @@ def _pixel(services: Services) -> None:
     if pixel is None:
         return wrapped("Point at the object to see N, V, L and f, by shader and reference.", disabled=True)
     shown = min(_light_shown.get(services, 0), len(pixel.L) - 1)
-    imgui.text(f"{pixel.x}, {pixel.y}")
+    imgui.text(f"pixel {pixel.x}, {pixel.y}")
     if len(pixel.L) > 1:
         imgui.same_line()
         imgui.set_next_item_width(-1)
@@ -226,7 +226,7 @@ def cycles(material: list[Lobe], services: Services) -> int | None:
 
 def _cost(state: State, services: Services) -> None:
     count = cycles(state.sides[state.side], services)
-    rows = [("cycles", "not measured: ./lobe chart" if count is None else f"{count} on RDNA2, of 64 calls",
+    rows = [("cycles", "not measured: ./lobe chart" if count is None else f"{count} for 64 pixels (RDNA2)",
              "How long 64 calls keep one SIMD unit busy, from benchmarks/results/chart.json"),
             ("picture", f"{services.picture_ms:.1f} ms", f"To draw the shader's picture here, on {services.renderer}"),
             ("frame", f"{services.frame_ms:.1f} ms", "Of this window, all in all; the median of the last ones")]

@@ -33,7 +33,7 @@ HELP = (
         ("O", "next object"),
     )),
     ("Lobes", (
-        ("L", "list of lobes, with a search: type, Enter takes the first"),
+        ("L", "list of lobes, with a search: type, Enter takes the marked one"),
         ("N  P", "next, previous lobe"),
         ("X", "swap A and B"),
         ("S", "edit A, or B"),

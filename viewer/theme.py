@@ -38,6 +38,9 @@ def apply(density: float) -> None:
     set_color(imgui.Col_.child_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))  # filling so much costs in software
     set_color(imgui.Col_.modal_window_dim_bg, imgui.ImVec4(0.0, 0.0, 0.0, 0.45))
     set_color(imgui.Col_.frame_bg, imgui.ImVec4(0.19, 0.2, 0.22, 1.0))
+    set_color(imgui.Col_.nav_cursor, imgui.color_convert_u32_to_float4(ACCENT))  # no blue: that means pressed
+    set_color(imgui.Col_.button_hovered, imgui.ImVec4(0.22, 0.38, 0.56, 1.0))
+    style.hover_delay_normal = 1e9  # of tooltips of what the keyboard has reached: they would cover what is below
     set_color(imgui.Col_.popup_bg, imgui.ImVec4(0.15, 0.155, 0.165, 0.98))
 
 
@@ -58,13 +61,14 @@ class Layout:
         self.tab = ""  # that should be opened
 
     def fitted(self, width: float, height: float, em: float) -> tuple[float, float, float]:
-        """Left, right and bottom in ImGui's coordinates, such that the picture keeps its place."""
-        self.left = min(max(self.left, self.LEAST), max(width / em - self.MIDDLE - self.LEAST, self.LEAST))
-        self.right = min(max(self.right, self.LEAST), max(width / em - self.MIDDLE - self.left, self.LEAST))
-        self.bottom = self.bottom or min(max(0.26 * height / em, 15.0), 24.0)  # more plots where there is more room
-        self.bottom = min(max(self.bottom, 6.0), max(height / em - self.PICTURE, 6.0))
+        """Left, right and bottom in ImGui's coordinates, such that the picture keeps its place. What was dragged is
+        kept: a window that shrinks and grows again looks as before."""
+        left = min(max(self.left, self.LEAST), max(width / em - self.MIDDLE - self.LEAST, self.LEAST))
+        right = min(max(self.right, self.LEAST), max(width / em - self.MIDDLE - left, self.LEAST))
+        bottom = self.bottom or min(max(0.26 * height / em, 15.0), 24.0)  # more plots where there is more room
+        bottom = min(max(bottom, 6.0), max(height / em - self.PICTURE, 6.0))
         side = max(self.CRAMPED * width, width - (self.MIDDLE + self.LEAST) * em)
-        return min(self.left * em, side), min(self.right * em, side), min(self.bottom * em, height / 2)
+        return min(left * em, side), min(right * em, side), min(bottom * em, height / 2)
 
     @staticmethod
     def splitter(name: str, width: float, height: float, axis: int) -> float:

@@ -17,7 +17,7 @@ from ..lab.errors import InputError
 from . import keys
 
 TITLE = "Lobe"
-SMALLEST = 640, 400
+SMALLEST = 960, 600  # on a screen of usual density: below it panels are too narrow for what they say
 NO_DISPLAY = ("view: no display ({}): expected a desktop, X11 or Wayland; without one, --screenshot FILE.png draws the "
               "window into a picture")
 
@@ -45,7 +45,8 @@ class Glfw:
             reason = (glfw.get_error()[1] or b"").decode(errors="replace")
             raise InputError(f"view: no OpenGL 3.3 here ({reason}); install a driver, such as libgl1-mesa-dri, or use "
                              "--screenshot FILE.png")
-        glfw.set_window_size_limits(self._window, *SMALLEST, glfw.DONT_CARE, glfw.DONT_CARE)
+        least = (round(edge * self.density) for edge in SMALLEST)
+        glfw.set_window_size_limits(self._window, *least, glfw.DONT_CARE, glfw.DONT_CARE)
         glfw.make_context_current(self._window)
         glfw.swap_interval(int(vsync))
         self.gl = moderngl.create_context(require=330)
