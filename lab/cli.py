@@ -192,8 +192,9 @@ def chart(
 
 @app.command()
 def view(
-    scene: Annotated[Optional[Path], typer.Argument(metavar="[SCENE.toml]", help="A scene file (docs/scenes.md), or a "
-                                                    "session that the viewer saved.")] = None,
+    scene: Annotated[Optional[Path], typer.Argument(metavar="[FILE]", help="A scene file .toml (docs/scenes.md), or a "
+                                                    "session that the viewer saved; a mesh .obj .ply .stl .gltf .glb; "
+                                                    "an environment .exr.")] = None,
     mode: Annotated[Optional[str], typer.Option("--mode", help="shader, reference, split, difference or "
                                                 "flicker.")] = None,
     lobe: Annotated[Optional[str], typer.Option("--lobe", help="The lobe that is shown, e.g. lobe_GGX.")] = None,

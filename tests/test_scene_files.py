@@ -187,7 +187,7 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ("target = [0.0, 0.0, 0.0]\n\n", "target = [0.0, 0.0, 0.0]\nup = [0, 0, 1]\n\n", "[camera]", ["camera: ", "up must not"]),
     ("target = [0.0, 0.0, 0.0]\n\n", "target = [0.0, 0.0, 0.0]\nfov = 180\n\n", "fov", ["camera.fov", "0.01..179"]),
     ('"lobe_Lambert", albedo = 0.5', '"lobe_Lambret", albedo = 0.5', "lobe_Lambret",
-     ["materials.clay.lobes[1].lobe", "did you mean lobe_Lambert?", "lobe_GGX"]),
+     ["materials.clay.lobes[1].lobe", "did you mean lobe_Lambert?", "./lobe list"]),
     ('"lobe_Lambert", albedo = 0.5', '"lobe_D_GGX"', "lobe_D_GGX", ["lobe_D_GGX", "expected a lobe of N, V, L"]),
     ("f0 = 0.04, alpha = 0.1", "f0 = 0.04, roughness = 0.1", "roughness", ["coated.lobes[2].roughness: unknown key", "alpha"]),
     ("f0 = 0.04, alpha = 0.1", "f0 = 0.04, alpha = 5", "alpha = 5", ["coated.lobes[2].alpha: 5 is out of range", "0.0001..4"]),

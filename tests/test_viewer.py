@@ -15,7 +15,7 @@ from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
-from lobe.viewer import camera, picture, plots, scene_panel, state as states, truth, window
+from lobe.viewer import camera, command, numbers_panel, picture, plots, scene_panel, state as states, truth, window
 from lobe.viewer.state import MODES
 
 SIZE = (800, 560)
@@ -436,6 +436,23 @@ def hover(app, hand):
     return p, image[p.y, p.x], reference[p.y, p.x]
 
 
+def hover_against(app, hand):
+    fresh(app)
+    app.state.against = "B"
+    app.state.sides["B"] = [states.default_lobe("lobe_Lambert")]
+    x, y, width, height = app.picture_rect
+    hand.move(app, x + 0.4 * width, y + 0.6 * height)
+    until(app, lambda: app.services.pixel is not None and app.services.pixel.f_B is not None)
+    p = app.services.pixel
+    return p, *(app.pictures[side].read()[p.y, p.x] for side in "AB")
+
+
+def test_the_pixel_of_two_lobes_is_told_of_both(viewer):
+    p, A, B = viewer.do(hover_against)
+    assert (p.f_glsl * p.E).sum(0) == pytest.approx(A[:3], rel=1e-4)
+    assert (p.f_B * p.E).sum(0) == pytest.approx(B[:3], rel=1e-4)
+
+
 def test_the_pixel_under_the_mouse_is_told(viewer):
     p, shader, reference = viewer.do(hover)
     for v in (p.N, p.T, p.V, *p.L):
@@ -495,6 +512,8 @@ BROKEN = {
     "points.obj": (b"v 0 0 0\n", "points.obj"),
     "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1"),
     "cut.exr": (b"\x76\x2f\x31\x01garbage", "damaged"),
+    "same.toml": (b'[camera]\neye=[0,0,5]\ntarget=[0,0,5]\n[materials.a]\nlobes=[{lobe="lobe_GGX"}]\n'
+                  b'[[objects]]\nshape="sphere"\nmaterial="a"\n[environment]\ncolor=1\n', "same.toml:1: camera: eye"),
     "no.exr": (b"GIF89a", "not an OpenEXR"),
     "lobe.toml": (b'[camera]\neye=[0,0,5]\ntarget=[0,0,0]\n[materials.a]\nlobes=[{lobe="lobe_Gone"}]\n'
                   b'[[objects]]\nshape="sphere"\nmaterial="a"\n[environment]\ncolor=1\n',
@@ -514,6 +533,13 @@ def test_what_is_no_file_of_ours_is_told_and_changes_nothing(viewer, tmp_path, n
     wrong, before, after = viewer.do(drop, path)
     assert len(wrong) == 1 and expected in wrong[0] and "\n" not in wrong[0]
     assert before == after
+
+
+def test_a_black_environment_is_refused(viewer, tmp_path):
+    files.write_exr(tmp_path / "night.exr", {"RGB": np.zeros((8, 16, 3), np.float32)})
+    viewer.do(start_again)
+    wrong, before, after = viewer.do(drop, tmp_path / "night.exr")
+    assert len(wrong) == 1 and "has no light" in wrong[0] and before == after
 
 
 def save_all(app, hand, folder, against):
@@ -587,6 +613,7 @@ def break_and_repair(app, hand):
     marker = "vec3 lobe_GGX(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {\n"
     assert marker in good
     line = good[: good.index(marker)].count("\n") + 2
+    write(good.replace(marker, marker + "    flaot y = 1.0;\n"))
     write(good.replace(marker, marker + "    flaot x = 1.0;\n"))
     broken, still = errors(app), app.pictures["A"].read().copy()
     app.state.sides["A"][0].values["alpha"] = (0.5,)
@@ -647,21 +674,34 @@ def lobe(*arguments, **environment):
     return subprocess.run(command, capture_output=True, text=True, env=inherited | environment)
 
 
-def test_a_screenshot_needs_no_display(tmp_path):
+@pytest.mark.parametrize("name", ["scene.toml", "box.obj"])
+def test_a_screenshot_needs_no_display(tmp_path, name):
+    import trimesh
+
     states.save(states.initial(), tmp_path / "scene.toml")
-    done = lobe(tmp_path / "scene.toml", "--mode", "split", "--screenshot", tmp_path / "out.png", "--frames", 3,
+    trimesh.creation.box().export(tmp_path / "box.obj")
+    done = lobe(tmp_path / name, "--mode", "split", "--screenshot", tmp_path / "out.png", "--frames", 3,
                 "--size", 640, 480)
     assert done.returncode == 0 and not done.stderr
     assert files.read_png(tmp_path / "out.png").shape == (480, 640, 3)
 
 
+def test_a_screenshot_waits_for_the_numbers():
+    app = command.start(dataclasses.replace(states.initial(), object="sphere"), (640, 480), offscreen=True)
+    command.draw(app, None)
+    assert command.settled(app) and numbers_panel.complete(app.services)
+    app.release()
+
+
 @pytest.mark.parametrize("arguments, expected", [
-    ((), "--screenshot"), (("--mode", "sideways"), "expected one of shader"), (("--lobe", "lobe_Gone"), "lobe_Gone"),
+    ((), "--screenshot"), (("thing.fbx",), "unknown kind"),
+    (("--mode", "sideways"), "expected one of shader"), (("--lobe", "lobe_GXX"), "did you mean lobe_GGX?"),
     (("--lobe", "lobe_D_GGX(vec3,vec3,float)"), "is no lobe"), (("gone.toml",), "no such file"),
     (("--screenshot", "out.bmp"), "expected a file .png")])
 def test_bad_usage_is_one_line(arguments, expected):
     done = lobe(*arguments)
     assert done.returncode == 2 and expected in done.stderr and done.stderr.count("\n") == 1
+    assert len(done.stderr) < 300
 
 
 def test_a_driver_without_float_targets_is_refused():

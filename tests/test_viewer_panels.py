@@ -441,10 +441,19 @@ def test_flip_is_computed_beside_the_window():
         flip._thread.join()
         assert flip.ask("key", got, picture) == pytest.approx(expected, abs=1e-7)
         done = flip._thread
-        assert numbers_panel._flip_text(flip, "key", got, picture) == f"{flip.value:.2g}"
-        assert numbers_panel._flip_text(flip, "kept", got, picture) == f"{flip.value:.2g} ..."
-        assert numbers_panel._flip_text(flip, "other kind", got, picture) == "..."
         assert flip.ask("another", got, picture) is None and flip._thread is done, "it rests first"
+
+
+def test_flip_is_told_of_what_is_shown_alone():
+    def told(versions, showing):
+        return numbers_panel._flip_text(flip, ((*showing, *versions), 0), None, None, showing)
+
+    flip, shown = numbers_panel.Flip(), ("B", "GGX against GGX_fast")
+    flip.value, flip.key, flip._earliest = 0.01, ((*shown, 1, 1), 0), float("inf")
+    assert told((1, 1), shown) == "0.01"
+    assert told((2, 1), shown) == "0.01 ...", "better pictures of the same"
+    for other in (("B", "GGX against Lambert"), ("reference", "GGX against GGX_fast")):
+        assert told((1, 1), other) == "..."
 
 
 # --- the panels in the window -----------------------------------------------------------------------------------------
@@ -605,6 +614,102 @@ def _plots_of(folder, view):
 def test_a_session_with_wrong_plots_says_what_is_wrong(line, told, tmp_path):
     with pytest.raises(InputError, match=told):
         _plots_of(tmp_path, line)
+
+
+@pytest.mark.parametrize("camera, told", [
+    ({"eye": (1.0, 2.0, 3.0), "target": (1.0, 2.0, 3.0)}, "eye and target are 0 apart"),
+    ({"eye": (1.0, 2.0, 3.0), "target": (1.0, -2.0, 3.0)}, "along y")])
+def test_a_session_whose_camera_cannot_look_is_refused(camera, told, tmp_path):
+    from dataclasses import replace
+
+    states.save(replace(states.initial(), **camera), tmp_path / "session.toml")
+    with pytest.raises(InputError, match=rf"session.toml:\d+: camera: .*{told}"):
+        states.load(tmp_path / "session.toml")
+
+
+def test_a_panel_that_fails_is_told_and_the_window_goes_on(viewer, monkeypatch):
+    from imgui_bundle import imgui, implot
+
+    def fails(state, services):
+        imgui.begin_child("half")
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(1.0, 0.0, 0.0, 1.0))
+        implot.begin_plot("half a plot")
+        raise ValueError("of a panel")
+
+    for panel in (app.numbers_panel, app.plots):
+        with monkeypatch.context() as broken:
+            broken.setattr(panel, "draw", fails)
+            frames(viewer, 3)
+        told = [n.text for n in viewer.services.notices if n.is_error]
+        assert len(told) == 1 and "ValueError: of a panel" in told[0]
+        viewer.services.notices.clear()
+        frames(viewer, 3)
+        assert not viewer.services.notices
+
+
+def test_a_picture_that_fails_goes_back_to_the_last_good_one(viewer):
+    frames(viewer, 2)
+    eye = viewer.state.eye
+    x, y, width, height = viewer.picture_rect
+    from imgui_bundle import imgui
+
+    imgui.get_io().add_mouse_pos_event(x + width / 2, y + height / 3)
+    frames(viewer, 2)
+    viewer.state.eye = viewer.state.target
+    frames(viewer, 2)
+    imgui.get_io().add_mouse_pos_event(-1e9, -1e9)
+    assert viewer.state.eye == eye
+    assert any(n.is_error for n in viewer.services.notices)
+    viewer.services.notices.clear()
+
+
+@pytest.mark.parametrize("what, name", [("png", "p.jpg"), ("exr", "e.png"), ("session", "ses.txt"), ("png", "p")])
+def test_files_are_saved_under_their_suffix_alone(what, name, viewer, tmp_path):
+    viewer.asking = what
+    viewer.finish_path(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+    assert "expected a file ." in viewer.services.notices[-1].text
+    viewer.services.notices.clear()
+
+
+def test_a_notice_takes_the_place_of_an_older_one_about_the_same(viewer):
+    services = viewer.services
+    services.notices.clear()
+    for text in ("line 1", "line 2"):
+        services.notice(text, is_error=True, about="glsl")
+    services.notice("other", is_error=True)
+    assert [n.text for n in services.notices] == ["line 2", "other"]
+    services.notices.clear()
+
+
+def test_numbers_of_what_is_no_longer_shown_are_grey(viewer, monkeypatch):
+    from contextlib import nullcontext
+
+    def seen():
+        stale = []
+        monkeypatch.setattr(numbers_panel, "_grey", lambda is_stale: stale.append(is_stale) or nullcontext())
+        viewer.frame()
+        monkeypatch.undo()
+        return stale
+
+    state = viewer.state
+    state.sides = {"A": [states.default_lobe("lobe_GGX")], "B": [states.default_lobe("lobe_GGX_fast")]}
+    frames(viewer, 1)
+    until(viewer, lambda: (key := viewer.services.slot("picture errors").ready_key) and key[0][:2] == (
+        viewer.services.showing))
+    settle(viewer, ["plausible", "loss"])
+    assert seen() == [False] * 3
+    state.sides["A"][0].values["alpha"] = (0.77,)
+    viewer.frame()
+    assert seen() == [True] * 3
+
+
+def until(viewer, condition):
+    deadline = time.monotonic() + 60
+    while not condition():
+        viewer.frame()
+        time.sleep(0.005)
+        assert time.monotonic() < deadline
 
 
 def test_a_and_b_are_compared_as_pictures(viewer):

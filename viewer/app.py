@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import statistics
 import time
+import traceback
 from collections import deque
 from pathlib import Path
 
@@ -30,7 +31,6 @@ FLICKER_SECONDS = 0.5
 WATCH_SECONDS = 0.5
 NUMBERS_SECONDS = 0.4  # between two readings of the whole picture
 GRAB = 0.35  # em, half the width of what drags the divider
-MESHES, PICTURES, SESSIONS = (".obj", ".ply", ".stl", ".gltf", ".glb"), (".exr",), (".toml",)
 
 
 class App:
@@ -49,6 +49,7 @@ class App:
         io = imgui.get_io()
         io.set_ini_filename("")
         io.config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
+        io.config_error_recovery_enable_assert = io.config_error_recovery_enable_tooltip = False
         theme.apply(window.density)
         window.listen()
         self.renderer = Renderer(self.gl)
@@ -91,7 +92,7 @@ class App:
         self._watch(now)
         self._take_dropped()
         imgui.new_frame()
-        shortcuts.handle(self)
+        self._guarded(lambda: shortcuts.handle(self))
         self._draw_layout()
         self._draw_picture(now)
         imgui.render()
@@ -149,7 +150,7 @@ class App:
         imgui.begin("viewer", None, flags)
         em = imgui.get_font_size()
         gap = 0.4 * em
-        self._toolbar()
+        self._guarded(self._toolbar)
         inner = imgui.get_content_region_avail()
         left, right, bottom = layout.fitted(inner.x, inner.y, em)
         middle = inner.x - left - right - 2 * gap
@@ -173,7 +174,7 @@ class App:
         imgui.end()
         if self.help:
             help_overlay(size.x, size.y)
-        self._path_dialog()
+        self._guarded(self._path_dialog)
 
     def _panel(self, name: str, width: float, height: float, padded: bool = True):
         def draw(content) -> None:
@@ -182,11 +183,24 @@ class App:
             imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(spacing.x, 0.0))
             imgui.begin_child(name, (width, height), flags)
             imgui.pop_style_var()
-            content()
+            self._guarded(content)
             imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(spacing.x, 0.0))
             imgui.end_child()
             imgui.pop_style_var()
         return draw
+
+    def _guarded(self, content) -> None:
+        """Draws a part of the window. What goes wrong in it is told there, and the rest is drawn all the same."""
+        before = imgui.internal.ErrorRecoveryState()
+        imgui.internal.error_recovery_store_state(before)
+        try:
+            content()
+        except Exception as error:
+            imgui.internal.error_recovery_try_to_recover_state(before)
+            for plotting in (implot, implot3d):  # which may be in the middle of a plot
+                plotting.destroy_context()
+                plotting.create_context()
+            self.services.notice(unexpected(error), is_error=True)
 
     def _right(self) -> None:
         if imgui.begin_tab_bar("right"):
@@ -346,6 +360,7 @@ class App:
         state = self.state
         try:
             self._reframe()
+            objects.camera(state)  # refuses what cannot look
             before = sum(self.pictures[s].version for s in self._sides())
             for side in self._sides():
                 self.pictures[side].update(state, state.sides[side], self.size)
@@ -354,7 +369,7 @@ class App:
                 self.services.picture_ms = 1e3 * statistics.median(self._draws)
             self._last_good = copy.deepcopy(state)
             self._failed = ""
-        except (InputError, gl.CompileError) as error:
+        except Exception as error:  # whatever it is, the window stays
             self._undo(error)
             return
         left = self.pictures["A"]
@@ -362,10 +377,14 @@ class App:
             self.services.job = None
             self.truth.cancel()
             right, flipped, version = self.pictures["B"].texture, False, self.pictures["B"].version
+            key = self.size, repr((state.object, state.placement, state.eye, state.target, state.fov, state.lights,
+                                   state.environment, state.sides))
         else:
             self._ask_truth()
             stale = state.mode == "difference" and self.reference.job is not self.services.job
             right, flipped, version = self._nothing if stale else self.reference.texture, True, self.reference.version
+            key = self.services.job.key
+        self.services.showing = state.against, (self.programs.generation, key)
         self.display.draw(state, left.texture, right, flipped, (left.version, version), self._second())
         self._take_images(now)
 
@@ -393,7 +412,9 @@ class App:
         self._framed = self.state.object
 
     def _told(self, error: Exception) -> str:
-        return f"the shader does not compile: {error}" if isinstance(error, gl.CompileError) else str(error)
+        if isinstance(error, gl.CompileError):
+            return f"the shader does not compile: {error}"
+        return str(error) if isinstance(error, InputError) else unexpected(error)
 
     def _take_images(self, now: float) -> None:
         """Reads both pictures back for whoever counts their errors, now and then."""
@@ -401,10 +422,11 @@ class App:
         if not left.whole or now - self._read < NUMBERS_SECONDS:
             return
         if job is None:
-            whole, key, other = B.whole, ("B", B.version, left.version), B.read
+            whole, versions, other = B.whole, (B.version, left.version), B.read
         else:
             whole = job.version > 0 and (job.done or job.state.reference != "direct")
-            key, other = ("reference", job.key, job.version, left.version), lambda: job.image
+            versions, other = (job.version, left.version), lambda: job.image
+        key = (*self.services.showing, *versions)
         if whole and key != self._read_key:
             self._read, self._read_key = now, key
             self.services.take_images(key, left.full.texture.read(), other())
@@ -419,32 +441,20 @@ class App:
         """Takes a mesh, an environment or a session. What is none is told, and all stays as it is."""
         try:
             self._open(Path(path))
-        except (InputError, MemoryError, OSError) as error:
-            self.services.notice(str(error) or f"{path}: does not fit into memory", is_error=True)
+        except MemoryError:
+            self.services.notice(f"{path}: does not fit into memory", is_error=True)
+        except Exception as error:
+            told = str(error) if isinstance(error, (InputError, OSError)) else unexpected(error)
+            self.services.notice(told, is_error=True)
 
     def _open(self, path: Path) -> None:
-        suffix = path.suffix.lower()
-        if suffix in SESSIONS:
-            state, notes = states.load(path)
-            objects.thing(state)
-            if state.environment:
-                objects.environment_pixels(state.environment.file)
-            self.state.__dict__.update(state.__dict__)
-            self._framed = state.object
-            for note in notes:
-                self.services.notice(note)
+        state, notes = objects.opened(self.state, path)
+        self.state.__dict__.update(state.__dict__)
+        for note in notes:
+            self.services.notice(note)
+        if path.suffix.lower() in objects.SESSIONS:
+            self._framed = state.object  # a session has its own camera
             self.window.title(f"{path.name} - Lobe")
-        elif suffix in MESHES:
-            trial = copy.deepcopy(self.state)
-            trial.object, trial.placement = str(path.resolve()), {}
-            objects.thing(trial)
-            self.state.object, self.state.placement = trial.object, {}
-        elif suffix in PICTURES:
-            objects.environment_pixels(path.resolve())
-            self.state.environment = states.Environment(path.resolve())
-        else:
-            expected = " ".join((*MESHES, *PICTURES, *SESSIONS))
-            raise InputError(f"{path}: is of an unknown kind, expected {expected}")
 
     def ask_path(self, what: str) -> None:
         """Opens the dialog that asks for a file's name."""
@@ -483,6 +493,7 @@ class App:
         if what == "open":
             return self.open(path)
         try:
+            require_suffix(path, what)
             {"session": self.save_session, "png": self.save_png, "exr": self.save_exr}[what](path)
             self.services.notice(f"{path}: written")
         except (InputError, OSError) as error:
@@ -533,7 +544,7 @@ class App:
             lists = [[lobe for lobe in self.state.sides[side] if lobe.key in known] for side in states.SIDES]
             self.programs.replace(library, [lobes for lobes in lists if lobes])
         except (InputError, gl.CompileError) as error:
-            self.services.notice(str(error), is_error=True)
+            self.services.notice(str(error), is_error=True, about=GLSL)
             return
         catalogue.load.cache_clear()
         scene_schema.lobes.cache_clear()
@@ -542,7 +553,7 @@ class App:
             self.state.sides[side] = [states.matched(lobe, known) for lobe in self.state.sides[side]]
         self.services.reloaded(library)
         self.services.notices = [n for n in self.services.notices if not n.is_error]
-        self.services.notice("glsl/ was read again; the reference is as it was built")
+        self.services.notice("glsl/ was read again; the reference is as it was built", about=GLSL)
 
     def fit_scale(self) -> None:
         """Chooses the scale of mode difference from the picture, as the reports do."""
@@ -553,6 +564,12 @@ class App:
         errors = errors[np.isfinite(errors)]
         if len(errors) and (typical := np.quantile(errors, 0.995)) > 0:
             self.state.scale = float(typical)
+
+
+def unexpected(error: Exception) -> str:
+    """One line on what no message was written for."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(at.filename).name}:{at.lineno}); the window goes on"
 
 
 def help_overlay(width: float, height: float) -> None:
@@ -572,6 +589,12 @@ def help_overlay(width: float, height: float) -> None:
                 imgui.text_disabled(meaning)
             imgui.end_table()
     imgui.end()
+
+
+def require_suffix(path: Path, what: str) -> None:
+    expected = Path(FILES[what][2]).suffix
+    if path.suffix.lower() != expected:
+        raise InputError(f"{path}: expected a file {expected}")
 
 
 FILES = {"open": ("Open mesh, environment or session", "Ctrl+O", ""),

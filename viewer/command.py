@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
+import time
 from pathlib import Path
 
-from ..lab import files
+from ..lab import files, scene_schema
 from ..lab.errors import InputError
+from . import objects
 from . import state as states
 
 SWITCH_SECONDS = 5e-4  # of Python's threads: a frame should not wait for those in the background
 MOST_FRAMES = 2000  # of a screenshot that waits for the reference
+NUMBERS_SECONDS = 30.0  # that it waits for the numbers of complete pictures
 
 
 def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int, int], screenshot: Path | None,
@@ -22,14 +26,13 @@ def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int
         raise InputError(f"--screenshot {screenshot}: expected a file .png")
     if screenshot is not None:
         files.output_file(screenshot)
-    state, notes = states.load(scene) if scene else (states.initial(), [])
+    state, notes = objects.opened(states.initial(), scene) if scene else (states.initial(), [])
     if mode is not None:
         state.mode = mode
     if lobe is not None:
-        state.sides["A"] = [states.default_lobe(lobe)]
-        require_shown(state.sides["A"][0])
+        state.sides["A"] = [states.default_lobe(key_of(lobe))]
     app = start(state, size, screenshot is not None, density)
-    app.services.reframe = scene is None
+    app.services.reframe = scene is None or scene.suffix.lower() not in objects.SESSIONS
     for note in notes:
         app.services.notice(note)
     try:
@@ -42,10 +45,12 @@ def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int
         app.release()
 
 
-def require_shown(lobe: states.Lobe) -> None:
-    if not lobe.function.takes_vectors:
-        raise InputError(f"--lobe {lobe.function.name}: is no lobe of N, V, L, expected one of "
-                         f"{', '.join(f.name for f in states.lobes().values())}")
+def key_of(lobe: str) -> str:
+    """Of a lobe that --lobe names."""
+    named, key = scene_schema.lobes(), lobe.replace(" ", "")
+    if lobe not in named and key not in states.lobes():
+        raise InputError(f"--lobe {lobe}: is no lobe of N, V, L{scene_schema.like(lobe, named)}")
+    return named[lobe][0].key if lobe in named else key
 
 
 def start(state, size: tuple[int, int], offscreen: bool, density: float = 1.0):
@@ -61,13 +66,18 @@ def start(state, size: tuple[int, int], offscreen: bool, density: float = 1.0):
 
 
 def draw(app, frames: int | None) -> None:
-    """So many frames; or, where no number is given, until the picture and the reference are complete."""
-    import time
+    """So many frames; or, where no number is given, until picture, reference and their numbers are complete."""
+    from . import numbers_panel
 
+    complete = math.inf  # when the pictures were
     for i in range(frames or MOST_FRAMES):
         app.frame()
         if frames is None:
             if settled(app) and i > 3:
+                complete = min(complete, time.monotonic())
+                if numbers_panel.complete(app.services) and app.services.idle:
+                    return
+            if time.monotonic() > complete + NUMBERS_SECONDS:
                 return
             time.sleep(0.005)  # the reference needs the processor
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from weakref import WeakKeyDictionary
@@ -43,7 +44,7 @@ def draw(state: State, services: Services) -> None:
 def _pixel(services: Services) -> None:
     pixel = services.pixel
     if pixel is None:
-        return wrapped("Point at the object to see N, V, L and f, by shader and reference.", disabled=True)
+        return wrapped("Point at the object to see N, V, L and f.", disabled=True)
     shown = min(_light_shown.get(services, 0), len(pixel.L) - 1)
     imgui.text(f"pixel {pixel.x}, {pixel.y}")
     if len(pixel.L) > 1:
@@ -55,9 +56,13 @@ def _pixel(services: Services) -> None:
 
 
 def _pixel_table(pixel: Pixel, light: int) -> None:
-    rows = [("N", pixel.N, "%.4f"), ("V", pixel.V, "%.4f"), ("L", pixel.L[light], "%.4f"),
-            ("f GLSL", pixel.f_glsl[light], "%.4g"), ("f ref.", pixel.f_reference[light], "%.4g"),
-            ("units", pixel.units[light], "%.2f")]
+    f = pixel.f_glsl[light]
+    rows = [("N", pixel.N, "%.4f"), ("V", pixel.V, "%.4f"), ("L", pixel.L[light], "%.4f")]
+    if pixel.f_B is None:
+        rows += [("f GLSL", f, "%.4g"), ("f ref.", pixel.f_reference[light], "%.4g"),
+                 ("units", pixel.units[light], "%.2f")]
+    else:
+        rows += [("f A", f, "%.4g"), ("f B", pixel.f_B[light], "%.4g"), ("A - B", f - pixel.f_B[light], "%.2g")]
     if not imgui.begin_table("pixel", 4, _TABLE):
         return
     imgui.table_setup_column("", imgui.TableColumnFlags_.width_fixed)
@@ -148,22 +153,37 @@ def _picture(state: State, services: Services) -> None:
     if slot.value is None:
         return wrapped("being counted", disabled=True)
     told: Errors = slot.value
-    flip = _flip_text(Flip.of(services), (key, id(shader)), shader, reference)
+    flip = _flip_text(Flip.of(services), (key, id(shader)), shader, reference, services.showing)
     rows = [("largest", f"{told.largest:.3g}  (99 % below {told.most:.2g})",
              f"|A - {state.against}| of any channel"),
             ("rms", f"{told.rms:.3g}  ({told.relative:.2g} of the mean)", "Root of the mean square of the difference"),
             ("FLIP", flip, "Mean FLIP of the pictures as a display shows them"),
             ("not finite", f"{told.nonfinite} of {told.pixels}", "Pixels of the shader that are NaN or infinite")]
-    _rows(rows)
+    with _grey(slot.ready_key is None or slot.ready_key[0][:2] != services.showing):
+        _rows(rows)
 
 
-def _flip_text(flip: Flip, key, shader: np.ndarray, reference: np.ndarray) -> str:
-    """The value; followed by dots while that of newer pictures is computed, as when light is traced."""
+@contextmanager
+def _grey(is_stale: bool):
+    """Numbers of what is no longer shown, until those of what is shown are there."""
+    imgui.begin_disabled(is_stale)
+    yield
+    imgui.end_disabled()
+
+
+def complete(services: Services) -> bool:
+    """Whether the numbers of the picture are those of what is shown."""
+    found, slot, flip = services.images(), services.slot("picture errors"), Flip.of(services)
+    return (found is not None and found[0][:2] == services.showing and services.slot("images").fresh
+            and slot.fresh and slot.ready_key == flip.key == (found[0], id(found[1])))
+
+
+def _flip_text(flip: Flip, key, shader: np.ndarray, reference: np.ndarray, showing: tuple) -> str:
+    """The value; followed by dots while that of newer pictures of the same is computed, as when light is traced."""
     value = flip.ask(key, shader, reference)
-    if value is not None:
-        return f"{value:.2g}"
-    of_the_same_kind = flip.key is not None and flip.key[0][0] == key[0][0]
-    return f"{flip.value:.2g} ..." if of_the_same_kind else "..."
+    if flip.key is None or flip.key[0][:2] != showing:
+        return "..."
+    return f"{flip.value:.2g}" if value is not None else f"{flip.value:.2g} ..."
 
 
 def _rows(rows: list[tuple[str, str, str]]) -> None:
@@ -190,7 +210,11 @@ def _plausible(state: State, services: Services) -> None:
     if known is None:
         _lamp(UNKNOWN, "reciprocal", "being measured")
         return _lamp(UNKNOWN, "energy", "being measured")
-    found: plausible.Plausibility = known[1]
+    with _grey(known[0] != repr(state.sides[state.side])):
+        _lamps(known[1])
+
+
+def _lamps(found: plausible.Plausibility) -> None:
     asymmetry = "f(V, L) = f(L, V)" if found.is_reciprocal else f"no: up to {100 * found.asymmetry:.2g} % apart"
     _lamp(GOOD if found.is_reciprocal else BAD, "reciprocal", asymmetry)
     sure = found.is_certain
@@ -254,7 +278,11 @@ def _loss(state: State, services: Services) -> None:
                                    patient=True)
     if known is None:
         return
-    found: plausible.Loss = known[1]
+    with _grey(known[0] != (repr(A), repr(B))):
+        _lost(known[1])
+
+
+def _lost(found: plausible.Loss) -> None:
     wrapped(f"The difference is {share_text(found.moved)} of the light that A sends back, "
             f"{share_text(found.worst)} for a view at {np.degrees(found.worst_angle):.0f}°; albedos are up to "
             f"{found.albedo:.2g} apart, at {np.degrees(found.albedo_angle):.0f}°.")

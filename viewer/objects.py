@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from ..lab import meshes, probes, scene_files, scenes
-from ..lab.scene_schema import Place
+from ..lab.errors import InputError
+from ..lab.scene_schema import MESHES, PICTURES, Place
+from . import state as states
 from .state import PLACEMENT, Environment, Lobe, State
 
+SESSIONS = (".toml",)
 SPHERE = (96, 192)  # bands and sectors: the outline is off by 1.3e-4 of the radius
 
 
@@ -103,9 +106,30 @@ def _stamp(file: Path) -> int:
     return _stamps.get(file, 0)
 
 
+def opened(state: State, path: Path) -> tuple[State, list[str]]:
+    """The state with a mesh or an environment, or the one that a session describes; and what of that is left out.
+    InputError where it cannot be shown."""
+    path, suffix = Path(path), Path(path).suffix.lower()
+    if suffix in SESSIONS:
+        new, notes = states.load(path)
+    elif suffix in MESHES:
+        new, notes = replace(state, object=str(path.resolve()), placement={}), []
+    elif suffix in PICTURES:
+        new, notes = replace(state, environment=Environment(path.resolve())), []
+    else:
+        raise InputError(f"{path}: is of an unknown kind, expected {' '.join((*MESHES, *PICTURES, *SESSIONS))}")
+    thing(new)
+    if new.environment:
+        environment_pixels(new.environment.file)
+    return new, notes
+
+
 @lru_cache(maxsize=2)
 def _environment_pixels(file: Path, stamp: int) -> np.ndarray:
-    return scene_files.read_environment(file)
+    pixels = scene_files.read_environment(file)
+    if not pixels.any():
+        raise InputError(f"{file}: has no light, expected a number above 0; all of it is black")
+    return pixels
 
 
 def direct_scene(state: State):

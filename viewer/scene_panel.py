@@ -124,7 +124,7 @@ def _environment(state: State) -> None:
     strength = max(environment.scale)
     changed, value = imgui.slider_float("scale", strength, 0.01, 100.0, "%.3g", imgui.SliderFlags_.logarithmic)
     if changed:
-        environment.scale = tuple(value * s / strength for s in environment.scale)
+        environment.scale = tuple(value * s / strength for s in environment.scale) if strength > 0 else (value,) * 3
     if imgui.small_button("remove##environment") and state.lights:
         state.environment = None
 

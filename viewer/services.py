@@ -14,7 +14,6 @@ import numpy as np
 
 from ..lab import bundle, catalogue, compare, gl, scene_schema
 from ..lab.catalogue import Catalogue, Function
-from ..lab.errors import InputError
 from . import objects
 from .state import Lobe, State
 from .truth import Job
@@ -28,6 +27,7 @@ class Notice:
     text: str
     is_error: bool
     until: float
+    about: object = None
 
 
 @dataclass
@@ -62,7 +62,8 @@ class Keeping(gl.Context):
 @dataclass(frozen=True)
 class Pixel:
     """The pixel under the mouse. L, E, f_glsl, f_reference, units: one row for each light, at most MOST of them,
-    brightest first; f is the sum of the lobes of side A, units their errors as `lobe compare` counts them."""
+    brightest first; f is the sum of the lobes of side A, units their errors as `lobe compare` counts them. f_B is the
+    shader's sum of side B where A is held against it, else None."""
 
     x: int
     y: int
@@ -74,6 +75,7 @@ class Pixel:
     f_glsl: np.ndarray
     f_reference: np.ndarray
     units: np.ndarray
+    f_B: np.ndarray | None = None
 
     MOST = 4
 
@@ -85,6 +87,7 @@ class Services:
     state       the state, as in draw(state, services)
     job         the reference's picture, truth.Job, or None where A is held against B
     pixel       Pixel under the mouse, or None; it comes a frame or two late
+    showing     (state.against, key) of what is shown, the first two of the key of `images` once these are of it
     frame_ms, picture_ms   time of a frame and of drawing the shader's picture, medians of the last ones
     renderer    the driver's name
     reframe     set it to have the camera look at the whole object again
@@ -96,6 +99,7 @@ class Services:
         self.library: Catalogue = catalogue.load()
         self.job: Job | None = None
         self.pixel: Pixel | None = None
+        self.showing: tuple = ("", None)
         self.frame_ms = self.picture_ms = 0.0
         self.notices: list[Notice] = []
         self.reframe = False
@@ -148,6 +152,10 @@ class Services:
                     self._work.put((known, key, work))
         return known
 
+    def slot(self, name: str) -> Slot:
+        """The one that `later` fills under a name; an empty one where nothing was asked for."""
+        return self._slots.get(name, Slot())
+
     def run_gl_work(self) -> bool:
         """Runs one piece of OpenGL's work; whether there is more."""
         if self._gl_work:
@@ -164,16 +172,17 @@ class Services:
         of the shader, and of what it is held against, which key[0] names as state.against does; alpha is 1 where both
         see the same triangle of the object, else 0: at edges, they are of two places. None before there are any. Do not
         write into them."""
-        return self._slots["images"].value if "images" in self._slots else None
+        return self.slot("images").value
 
     # Words.
 
-    def notice(self, text: str, is_error: bool = False) -> None:
-        """Shows a line in the window for a while; an error until it is dismissed."""
+    def notice(self, text: str, is_error: bool = False, about: object = None) -> None:
+        """Shows a line in the window for a while; an error until it is dismissed. It takes the place of an older one
+        about the same."""
         text = " ".join(str(text).split())
-        self.notices = [n for n in self.notices if n.text != text][-5:]
+        self.notices = [n for n in self.notices if n.text != text and (about is None or n.about != about)][-5:]
         until = float("inf") if is_error else time.monotonic() + NOTICE_SECONDS
-        self.notices.append(Notice(text, is_error, until))
+        self.notices.append(Notice(text, is_error, until, about))
 
     def copy(self, text: str, what: str) -> None:
         """Puts a text on the clipboard, and says so."""
@@ -213,21 +222,23 @@ class Services:
     def look_at(self, state: State, scene: Callable, x: int, y: int, size: tuple[int, int]) -> None:
         """Prepares `pixel`; scene(state) is the reference's."""
         key = (x, y, size, state.object, repr((state.placement, state.eye, state.target, state.fov, state.lights,
-                                               state.environment, state.sides["A"])))
-        lobes = [Lobe(lobe.key, dict(lobe.values)) for lobe in state.sides["A"]]
+                                               state.environment, state.sides, state.against)))
         still, camera = copy.deepcopy(state), objects.camera(state)
+        lobes, others = still.sides["A"], still.sides["B"] if state.against == "B" else []
         seen = self.later("pixel geometry", key, lambda: _seen(scene(still), camera, x, y, size))
         if not seen.fresh or seen.value is None:
             self.pixel = None if seen.fresh else self.pixel
             return
         N, T, V, L, E = seen.value
         reference = self.later("pixel reference", key, lambda: _reference_values(lobes, N, T, V, L))
-        glsl = self.later("pixel glsl", key, lambda: self._glsl_values(lobes, N, T, V, L), opengl=True)
+        glsl = self.later("pixel glsl", key, lambda: [self._glsl_values(side, N, T, V, L) for side in (lobes, others)],
+                          opengl=True)
         if reference.fresh and glsl.fresh and reference.value and glsl.value is not None:
             value, unit = reference.value
-            error = np.abs(glsl.value - value)
+            ours, theirs = glsl.value
+            error = np.abs(ours - value)
             units = np.divide(error, unit, out=np.zeros_like(error), where=unit > 0)
-            self.pixel = Pixel(x, y, N, T, V, L, E, glsl.value, value, units)
+            self.pixel = Pixel(x, y, N, T, V, L, E, ours, value, units, theirs if others else None)
 
     def _glsl_values(self, lobes: list[Lobe], *directions) -> np.ndarray:
         return sum(self.evaluate_glsl(lobe.function, _columns(lobe, *directions)).astype(float) for lobe in lobes)
@@ -247,7 +258,7 @@ class Services:
     def _finish(slot: Slot, key: Hashable, work: Callable[[], object]) -> None:
         try:
             value, failure = work(), ""
-        except (InputError, gl.CompileError, ValueError, KeyError, MemoryError) as error:
+        except Exception as error:  # the thread and the window go on
             value, failure = None, f"{type(error).__name__}: {error}"
         if slot.asked_key == key:
             slot.value, slot.failure, slot.ready_key, slot.fresh = value, failure, key, True

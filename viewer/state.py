@@ -27,6 +27,7 @@ PLACEMENT = {"fit": None, "scale": (1.0, 1.0, 1.0), "rotate": (0.0, 0.0, 0.0), "
 START = "lobe_GGX", "lobe_GGX_fast"  # A, and a cheaper B
 MOST_LIGHTS = 8
 GOLD = (1.0, 0.78, 0.34)  # the f0 that the viewer starts with
+NEAREST = 1e-4  # of eye and target, and of their direction to up
 
 
 @dataclass
@@ -188,7 +189,7 @@ class _Reader:
         self.notes: list[str] = []
 
     def state(self) -> tuple[State, list[str]]:
-        view, camera, render = self.view, self.described["camera"], self.described["render"]
+        view, camera, render = self.view, self._camera(), self.described["render"]
         shown = self._shown()
         state = State(*self._object(shown), camera["eye"], camera["target"], camera["fov"], self._lights(),
                       self._environment(), self._sides(shown), depth=max(render["depth"], 1),
@@ -199,6 +200,19 @@ class _Reader:
             self._leave_out(self.place, "has no light that the viewer knows; one direction stands for it")
             state.lights.append(Light())
         return state, self.notes
+
+    def _camera(self) -> dict:
+        """What the file says of it, where the viewer's camera, whose up is +y, can look like that."""
+        camera, place = self.described["camera"], self.place / "camera"
+        away = [e - t for e, t in zip(camera["eye"], camera["target"])]
+        distance = math.hypot(*away)
+        if distance < NEAREST:
+            place.fail(f"eye and target are {distance:g} apart, expected {NEAREST:g} at least; move one of them")
+        if math.hypot(away[0], away[2]) < NEAREST * distance:
+            place.fail("looks along y, which is up in the viewer, expected another direction; move eye aside a little")
+        if camera["up"] != scenes.UP:
+            self._leave_out(place / "up", "up is +y here")
+        return camera
 
     def _leave_out(self, place: Place, what: str) -> None:
         self.notes.append(f"{place}: {what}")

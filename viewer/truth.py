@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..lab.errors import InputError
 from . import objects
 from .state import State, default_lobe
 
@@ -106,8 +105,8 @@ class Truth:
             started = time.perf_counter()
             try:
                 (_direct if job.state.reference == "direct" else _traced)(self, job)
-            except (InputError, ValueError, MemoryError) as error:
-                job.failure = str(error) or "out of memory"
+            except Exception as error:  # whatever it is, this thread goes on
+                job.failure = str(error) or type(error).__name__
             job.seconds = time.perf_counter() - started
             job.done = not job.cancelled
             self._changed()
