@@ -385,16 +385,39 @@ def test_cycles_are_of_the_code_as_it_is(monkeypatch):
 
 def test_radii_of_a_polar_plot():
     f = np.array([0.0, 1e-4, 0.01, 1.0]) * 7.0
-    assert plots.radius(f, 7.0, False) == pytest.approx([0.0, 1e-4, 0.01, 1.0])
-    assert plots.radius(f, 7.0, True) == pytest.approx([0.0, 0.0, 0.5, 1.0])
+    assert plots.radius(f, 7.0, None) == pytest.approx([0.0, 1e-4, 0.01, 1.0])
+    assert plots.radius(f, 7.0, 4.0) == pytest.approx([0.0, 0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize("low, decades", [(0.9, 1.0), (0.01, 2.0), (1e-9, 4.0)])
+def test_a_logarithmic_plot_has_the_decades_of_its_curves(low, decades):
+    assert plots.decades_of([np.array([0.0, low, 0.5]), np.array([1.0, np.nan])]) == pytest.approx(decades)
+
+
+def test_ticks_of_a_logarithmic_plot():
+    assert plots.logarithmic_ticks(0.02, 0.3) == pytest.approx([0.02, 0.05, 0.1, 0.2])
+    assert plots.logarithmic_ticks(0.005, 90.0) == pytest.approx([0.01, 0.1, 1, 10])
+
+
+def test_a_curve_is_told_by_its_colour():
+    """Of one material by angle, of several by material; no two that are drawn at once are alike."""
+    state = states.initial()
+    angles = range(states.MOST_INCIDENCES)
+    assert [plots.tint(state, 0, i) for i in angles] == [plots.angle_tint(state, i) for i in angles]
+    assert len({plots.tint(state, 0, i) for i in angles}) == len(angles)
+    state.plots.both, state.plots.pins = True, [state.sides["A"]] * plots.MOST_PINS
+    used = [plots.tint(state, m, i) for m in range(2 + plots.MOST_PINS) for i in angles]
+    assert len({tuple(np.round(c, 2)) for c in used}) == len(used)
+    assert [s[0] for s in plots.materials(state)] == ["A", "B", "pin 1", "pin 2", "pin 3", "pin 4"]
 
 
 def test_dashes_lie_evenly_along_the_line():
     t = np.linspace(0, np.pi / 2, 500) ** 2 / (np.pi / 2)
     x, y = plots.dashes(np.cos(t), np.sin(t), 1.0, 100)
     assert np.hypot(x, y) == pytest.approx(1.0, abs=1e-4)
-    steps = np.hypot(np.diff(x), np.diff(y))
-    assert steps == pytest.approx(np.pi / 2 / 99, rel=2e-3)
+    pieces = np.hypot(x[1::2] - x[::2], y[1::2] - y[::2])
+    assert pieces == pytest.approx(np.pi / 2 / (199 * plots.PIECES), rel=1e-2)
+    assert pieces.sum() == pytest.approx(np.pi / 2 * 100 / 199, rel=1e-3), "gaps are as long as dashes"
 
 
 def test_a_wide_window_has_more_plots():

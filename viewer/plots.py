@@ -18,18 +18,20 @@ from .services import Services
 from .state import CHANNELS, MOST_INCIDENCES, Lobe, Plots, State
 
 KINDS = {"lobe": "Polar", "angle": "Over angle", "solid": "3D", "F": "F", "D": "D", "G": "G", "albedo": "Albedo"}
-DECADES = 4.0  # of a logarithmic plot below its largest value
+DECADES = 1.0, 4.0  # of a logarithmic plot below its largest value: least, most
 MOST_PINS = 4
 ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
 REST_SECONDS = 0.2  # after the last change, before what takes long begins
 ALBEDO_PART = 2  # angles whose shader values one frame computes
 POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value has radius 1
 RINGS, SPOKES = 40, 72
-DASHES = (240, 120, 80, 56, 40)  # ends of dashes along a line, of what the edited side is compared with
+DASHES, PIECES = 40, 5  # along a line of what the edited side is compared with; straight pieces of one dash
 NARROW, WIDE = 11.5, 26.5  # em: the column of controls; a plot that is worth another one beside it
 
 # Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
-PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35))
+PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35),
+           (0.80, 0.36, 0.30))
+GREY = (0.92, 0.92, 0.92)
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,12 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
     plots, em = state.plots, imgui.get_font_size()
     if {"lobe", "angle", "solid", "D"} & set(shown):
         plots.logarithmic = imgui.checkbox("log", plots.logarithmic)[1]
-        imgui.set_item_tooltip(f"Logarithmic, over {DECADES:.0f} decades")
+        imgui.set_item_tooltip(f"Logarithmic, over the decades that the curves have, at most {DECADES[1]:.0f}")
         imgui.same_line()
     plots.reference = imgui.checkbox("reference", plots.reference)[1]
-    imgui.set_item_tooltip("The reference in double precision: broad and pale, under the shader's thin line")
+    imgui.set_item_tooltip("The edited side's reference in double precision: broad and pale, under the shader's thin line")
     plots.both = imgui.checkbox(f"and {_other(state)}", plots.both)[1]
-    imgui.set_item_tooltip("The lobe of the other side, dashed")
+    imgui.set_item_tooltip("The lobe of the other side, dashed; a colour is then a lobe, and a shade of it an angle")
     imgui.same_line()
     imgui.begin_disabled(len(plots.pins) >= MOST_PINS)
     if imgui.small_button("pin"):
@@ -142,7 +144,7 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
     imgui.end_disabled()
     imgui.set_item_tooltip("Keep these curves, dashed, beside those to come")
     if {"lobe", "angle", "solid", "G"} & set(shown):
-        _incidences(plots)
+        _incidences(state)
     if {"lobe", "angle", "albedo", "F"} & set(shown):
         imgui.set_next_item_width(-1)
         if imgui.begin_combo("##channel", plots.channel):
@@ -175,15 +177,35 @@ def apart(series: list[Series]) -> float | None:
     return max((float(abs(y - exact).max() / max(abs(exact).max(), 1e-300)) for y, exact in pairs), default=None)
 
 
-def _incidences(plots: Plots) -> None:
+def several(state: State) -> bool:
+    """Whether curves of more than one material are drawn: then these have the colours, and the angles have shades."""
+    return state.plots.both or bool(state.plots.pins)
+
+
+def tint(state: State, material: int, angle: int) -> tuple[float, float, float]:
+    """The colour of a material's curve for the light at one of the angles."""
+    return shaded(PALETTE[material], angle) if several(state) else PALETTE[angle]
+
+
+def angle_tint(state: State, angle: int) -> tuple[float, float, float]:
+    """The colour of what stands for an angle of all materials."""
+    return shaded(GREY, angle) if several(state) else PALETTE[angle]
+
+
+def shaded(color: tuple[float, float, float], step: int) -> tuple[float, float, float]:
+    return tuple(c / (1 + 0.28 * step) for c in color)
+
+
+def _incidences(state: State) -> None:
     """The angles of the light, each in the colour of its curve."""
+    plots = state.plots
     changed = list(plots.incidences)
     width = 3.0 * imgui.get_font_size()
     for i, angle in enumerate(plots.incidences):
         if i % 3:
             imgui.same_line()
         imgui.push_id(f"incidence {i}")
-        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*PALETTE[i], 1.0))
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*angle_tint(state, i), 1.0))
         imgui.set_next_item_width(width)
         changed[i] = imgui.drag_float("##angle", angle, 0.5, 0.0, 89.9, "%.0f°", imgui.SliderFlags_.always_clamp)[1]
         imgui.pop_style_color()
@@ -270,14 +292,19 @@ def channel(plots: Plots, rows: np.ndarray) -> np.ndarray:
 def _plane_series(state: State, services: Services) -> list[Series]:
     plots, found = state.plots, []
     angles, azimuth = np.radians(plots.incidences), np.radians(plots.azimuth)
-    for m, (name, material) in enumerate(materials(state)):
+    shown = materials(state)
+    for m, (name, material) in enumerate(shown):
+        full = f"{name} {_name(material)}" if len(shown) < 4 else name
+
         def make(material=material):
             return [[curves.in_incidence_plane(lobe.function, lobe.values, a, azimuth) for lobe in material]
                     for a in angles]
 
         for is_reference, key, lists in values(services, f"plane {m}", _key(material, plots.incidences, azimuth), make):
-            found += [Series(f"{name} {angle:.0f}°", x, channel(plots, rows), PALETTE[i], m, is_reference, key)
-                      for i, (angle, (x, rows)) in enumerate(zip(plots.incidences, lists))]
+            for i, (angle, (x, rows)) in enumerate(zip(plots.incidences, lists)):
+                # One entry of the legend for all angles of a material, or one for each angle of the only one.
+                label = f"{angle:.0f}°##{i}" if len(shown) == 1 else f"##{full} {i}" if i else full
+                found.append(Series(label, x, channel(plots, rows), tint(state, m, i), m, is_reference, key))
     return [s for s in found if plots.reference or not s.is_reference]
 
 
@@ -293,7 +320,7 @@ def _albedo_series(state: State, services: Services) -> list[Series]:
         for is_reference, key, lists in values(services, f"albedo {m}", _key(material, azimuth), make, ALBEDO_PART,
                                                patient=True):
             y = channel(plots, np.concatenate([rows for _, rows in lists]))
-            found.append(Series(label, ALBEDO_ANGLES, y, PALETTE[m % len(PALETTE)], m, is_reference, key))
+            found.append(Series(label, ALBEDO_ANGLES, y, PALETTE[m], m, is_reference, key))
     return [s for s in found if plots.reference or not s.is_reference]
 
 
@@ -317,7 +344,7 @@ def _term_series(state: State, services: Services, letter: str) -> list[Series]:
             for is_reference, key, lists in values(services, f"{letter} {m} {lobe.key}", asked, make):
                 for i, (x, rows) in enumerate(lists):
                     shown = f"##{label} {i}" if i else label  # one entry of the legend for all angles
-                    color = PALETTE[(m if single else i) % len(PALETTE)]
+                    color = PALETTE[m] if single else tint(state, m, i)
                     found.append(Series(shown, x, channel(plots, rows), color, m, is_reference, key))
     return [s for s in found if plots.reference or not s.is_reference]
 
@@ -334,27 +361,51 @@ def own_term(services: Services, lobe: Function, letter: str) -> Function | None
 
 
 def dashes(x: np.ndarray, y: np.ndarray, scale: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points at even distances along a line, for a line of segments: y counts `scale` times."""
+    """Dashes along a line and as far apart as they are long, for a line of segments, [start, end, start, end...]: y
+    counts `scale` times."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     if len(x) < 2:
         return x, y
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), scale * np.diff(y)))])
-    even = np.linspace(0.0, along[-1], count)
+    pieces = np.linspace(0.0, along[-1], (2 * count - 1) * PIECES + 1)
+    drawn = np.arange(len(pieces) - 1) // PIECES % 2 == 0
+    even = np.stack([pieces[:-1][drawn], pieces[1:][drawn]], axis=1).ravel()
     return np.interp(even, along, x), np.interp(even, along, y)
 
 
-def line(series: Series, x: np.ndarray, y: np.ndarray, scale: float) -> None:
-    """Broad and pale for the reference, thin for the shader; dashed for what is beside the edited side."""
-    weight = 1.4 * imgui.get_style().font_scale_dpi
+def line(series: Series, x: np.ndarray, y: np.ndarray, scale: float, logarithmic: bool = False) -> None:
+    """Broad and pale for the reference, thin for the shader; dashed, and the shader's alone, for what is beside the
+    edited side."""
+    if series.line and series.is_reference:
+        return
+    weight = (2.0 if series.line else 1.4) * imgui.get_style().font_scale_dpi
     color = imgui.ImVec4(*series.color, 0.35 if series.is_reference else 1.0)
     spec = implot.Spec(line_color=color, line_weight=4 * weight if series.is_reference else weight)
     if series.line:
-        x, y = dashes(x, y, scale, DASHES[min(series.line, len(DASHES)) - 1])
+        x, y = dashes(x, np.log10(y) if logarithmic else y, scale, DASHES)
+        y = 10.0**y if logarithmic else y
         spec.flags = implot.LineFlags_.segments
     # The legend shows the shader's line alone.
     label = f"##{series.label} broad" if series.is_reference else series.label
     implot.plot_line(label, np.ascontiguousarray(x, float), np.ascontiguousarray(y, float), spec)
+
+
+def legend(series: list[Series]) -> float:
+    """One row over a plot that curves fill; returns its height."""
+    draw, em, begin = imgui.get_window_draw_list(), imgui.get_font_size(), imgui.get_cursor_screen_pos()
+    right = begin.x + imgui.get_content_region_avail().x - NARROW * em
+    x, y = begin.x + 0.3 * em, begin.y
+    entries = {s.label.split("##")[0]: s for s in series if not s.label.startswith("##")}
+    for label, s in entries.items():
+        color = imgui.color_convert_float4_to_u32((*s.color, 1.0))
+        for from_, to in ((0.0, 0.5), (0.8, 1.3)) if s.line else ((0.0, 1.3),):
+            draw.add_line((x + from_ * em, y + 0.55 * em), (x + to * em, y + 0.55 * em), color, 0.14 * em)
+        text = shortened(label, right - x - 1.6 * em)
+        draw.add_text((x + 1.6 * em, y), imgui.get_color_u32(imgui.Col_.text), text)
+        x += 2.6 * em + imgui.calc_text_size(text).x
+    imgui.dummy((1.0, em))
+    return imgui.get_cursor_screen_pos().y - y
 
 
 def _empty(text: str, size: imgui.ImVec2) -> None:
@@ -367,15 +418,32 @@ _LOCKED = implot.AxisFlags_.lock | implot.AxisFlags_.no_menus
 _PLOT = implot.Flags_.no_menus | implot.Flags_.no_box_select | implot.Flags_.no_title
 
 
-def radius(f: np.ndarray, largest: float, logarithmic: bool) -> np.ndarray:
-    """Of a polar plot in which the largest value has radius 1, and, where logarithmic, DECADES below it 0."""
+def decades_of(curves_shown: list[np.ndarray]) -> float:
+    """How far below the largest value a logarithmic plot goes: as far as the curves do, within DECADES."""
+    y = np.concatenate([*curves_shown, np.empty(0)])
+    y = y[np.isfinite(y) & (y > 0)]
+    return float(np.clip(np.log10(y.max() / y.min()), *DECADES)) if len(y) else DECADES[0]
+
+
+def logarithmic_ticks(low: float, high: float) -> list[float]:
+    """The powers of ten of a range and, where these are few, twice and five times these."""
+    steps = (1, 2, 5) if high / low < 200 else (1,)
+    powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+    return [float(p * s) for p in powers for s in steps if low <= p * s <= high]
+
+
+def radius(f: np.ndarray, largest: float, decades: float | None) -> np.ndarray:
+    """Of a polar plot in which the largest value has radius 1, and, where logarithmic, so many decades below it 0."""
     share = np.maximum(f, 0.0) / max(largest, 1e-300)
-    return np.maximum(1.0 + np.log10(np.maximum(share, 1e-300)) / DECADES, 0.0) if logarithmic else share
+    return np.maximum(1.0 + np.log10(np.maximum(share, 1e-300)) / decades, 0.0) if decades else share
 
 
 def _polar(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     plots, series = state.plots, _plane_series(state, services)
     largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
+    decades = decades_of([s.y for s in series]) if plots.logarithmic else None
+    imgui.begin_group()
+    size = imgui.ImVec2(size.x, size.y - legend(series))
     pad = 0.2 * imgui.get_font_size()
     implot.push_style_var(implot.StyleVar_.plot_padding, imgui.ImVec2(pad, pad))
     bare = implot.AxisFlags_.no_decorations | _LOCKED
@@ -386,20 +454,21 @@ def _polar(state: State, services: Services, size: imgui.ImVec2) -> list[Series]
         widened = max(POLAR_TOP / half, 1.0)
         implot.setup_axes_limits(-half * widened, half * widened, POLAR_BOTTOM * widened, POLAR_TOP * widened,
                                  implot.Cond_.always)
-        _polar_grid(plots, largest)
+        _polar_grid(decades, largest)
         for s in series:
-            r = radius(s.y, largest, plots.logarithmic)
+            r = radius(s.y, largest, decades)
             line(s, r * np.sin(s.x), r * np.cos(s.x), 1.0)
         for i, angle in enumerate(np.radians(plots.incidences)):
-            spec = implot.Spec(line_color=imgui.ImVec4(*PALETTE[i], 0.9), line_weight=2.0)
+            spec = implot.Spec(line_color=imgui.ImVec4(*angle_tint(state, i), 0.9), line_weight=2.0)
             ends = np.array([1.0, 1.05])
             implot.plot_line(f"##light {i}", -np.sin(angle) * ends, np.cos(angle) * ends, spec)
         implot.end_plot()
     implot.pop_style_var()
+    imgui.end_group()
     return series
 
 
-def _polar_grid(plots: Plots, largest: float) -> None:
+def _polar_grid(decades: float | None, largest: float) -> None:
     faint = implot.Spec(line_color=imgui.ImVec4(1.0, 1.0, 1.0, 0.14), line_weight=1.0)
     turn = np.linspace(-np.pi / 2, np.pi / 2, 91)
     for share in (0.25, 0.5, 0.75, 1.0):
@@ -409,7 +478,7 @@ def _polar_grid(plots: Plots, largest: float) -> None:
     for angle in (-60, -30, 30, 60):
         implot.plot_text(f"{abs(angle)}°", 1.1 * np.sin(np.radians(angle)), 1.07 * np.cos(np.radians(angle)))
     if largest > 0:
-        value = largest * 10.0 ** (-DECADES / 2) if plots.logarithmic else largest / 2
+        value = largest * 10.0 ** (-decades / 2) if decades else largest / 2
         implot.plot_text(f"{value:.2g}", 0.5, 0.5 * POLAR_BOTTOM)
         implot.plot_text(f"{largest:.2g} /sr", 1.0, 0.5 * POLAR_BOTTOM)
     implot.plot_text("light", -0.75, 0.5 * POLAR_BOTTOM)
@@ -417,8 +486,11 @@ def _polar_grid(plots: Plots, largest: float) -> None:
 
 def _over_angle(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     series = _plane_series(state, services)
+    imgui.begin_group()
+    size = imgui.ImVec2(size.x, size.y - legend(series))
     _angles("##angle", series, size, "angle of the view", "f [1/sr]", state.plots.logarithmic, (-90.0, 90.0),
-            legend=None)
+            corner=None)
+    imgui.end_group()
     return series
 
 
@@ -426,7 +498,7 @@ def _albedo(state: State, services: Services, size: imgui.ImVec2) -> list[Series
     series = _albedo_series(state, services)
     top = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
     _angles("##albedo", series, size, "angle of the view", "albedo", False, (0.0, 90.0), (0.0, 1.05 * max(top, 1.0)),
-            mark=1.0, legend=_free(series, max(top, 1.0)))
+            mark=1.0, corner=_free(series, max(top, 1.0)))
     return series
 
 
@@ -453,34 +525,39 @@ def _term(letter: str):
         about = {"F": "angle of incidence", "D": "tilt of the facet", "G": "angle of the view"}[letter]
         _angles(f"##{letter}", series, size, about, "D [1/sr]" if letter == "D" else letter,
                 letter == "D" and state.plots.logarithmic, (left, 90.0), limits,
-                legend=_LEGEND[letter] if letter in _LEGEND else _free(series, top))
+                corner=_LEGEND[letter] if letter in _LEGEND else _free(series, top))
         return series
     return draw_term
 
 
 def _angles(title: str, series: list[Series], size: imgui.ImVec2, x_label: str, y_label: str, logarithmic: bool,
             x_limits: tuple[float, float], y_limits: tuple[float, float] | None = None, mark: float | None = None,
-            legend: implot.Location_ | None = implot.Location_.north_west) -> None:
-    """Values over an angle in degrees."""
+            corner: implot.Location_ | None = implot.Location_.north_west) -> None:
+    """Values over an angle in degrees; a legend in the corner that is given."""
     largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0) or 1.0
-    low, high = y_limits or ((largest * 10.0**-DECADES, 2 * largest) if logarithmic else (0.0, 1.05 * largest))
-    if not implot.begin_plot(title, size, _PLOT | (0 if legend is not None else implot.Flags_.no_legend)):
+    decades = decades_of([s.y for s in series])
+    low, high = y_limits or ((largest * 10.0 ** (-1.05 * decades), largest * 10.0 ** (0.05 * decades)) if logarithmic
+                             else (0.0, 1.05 * largest))
+    if not implot.begin_plot(title, size, _PLOT | (0 if corner is not None else implot.Flags_.no_legend)):
         return
     implot.setup_axes(x_label, y_label, _LOCKED, _LOCKED)
     implot.setup_axis_limits(implot.ImAxis_.x1, *x_limits, implot.Cond_.always)
     implot.setup_axis_limits(implot.ImAxis_.y1, low, high, implot.Cond_.always)
     if logarithmic:
         implot.setup_axis_scale(implot.ImAxis_.y1, implot.Scale_.log10)
+        marks = logarithmic_ticks(low, high)
+        implot.setup_axis_ticks(implot.ImAxis_.y1, marks, [f"{t:.3g}" for t in marks])
     ticks = list(np.arange(x_limits[0], x_limits[1] + 1, 30.0))
     implot.setup_axis_ticks(implot.ImAxis_.x1, ticks, [f"{t:.0f}°" for t in ticks])
-    if legend is not None:
-        implot.setup_legend(legend, implot.LegendFlags_.no_buttons)
+    if corner is not None:
+        implot.setup_legend(corner, implot.LegendFlags_.no_buttons)
     if mark is not None:
         spec = implot.Spec(line_color=imgui.ImVec4(1.0, 1.0, 1.0, 0.3), line_weight=1.0)
         implot.plot_line("##mark", np.array(x_limits), np.array([mark, mark]), spec)
     for s in series:
         y = np.maximum(s.y, 0.1 * low) if logarithmic else s.y
-        line(s, np.degrees(s.x), y, (x_limits[1] - x_limits[0]) / (2.0 * (high - low)))
+        height = np.log10(high / low) if logarithmic else high - low
+        line(s, np.degrees(s.x), y, (x_limits[1] - x_limits[0]) / (2.0 * height), logarithmic)
     implot.end_plot()
 
 
@@ -498,13 +575,18 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> list[Series]
     if not implot3d.begin_plot("##solid", size, flags):
         return []
     bare = implot3d.AxisFlags_.no_tick_labels | implot3d.AxisFlags_.no_tick_marks
-    implot3d.setup_axes("T", "B", "N", bare, bare, bare)
+    f = channel(plots, ready[-1][2][0][1]) if ready else np.ones(1)
+    largest, decades = float(f.max()), decades_of([f]) if plots.logarithmic else None
+    kind = "log" if decades else "linear"
+    implot3d.setup_axes("T", "B", f"f, 1/sr, {kind}", bare, bare, implot3d.AxisFlags_.none)
+    ticks = np.array([0.0, 0.5, 1.0])
+    told = largest * 10.0 ** ((ticks - 1) * decades) if decades else largest * ticks
+    implot3d.setup_axis_ticks(implot3d.ImAxis3D_.z, ticks, [f"{x:.2g}" for x in told])
     implot3d.setup_axes_limits(-1.0, 1.0, -1.0, 1.0, 0.0, 1.0, implot3d.Cond_.always)
     scale = min(1.75, 0.85 * size.x / max(size.y, 1.0))  # whole, in narrow plots too
     implot3d.setup_box_scale(scale, scale, scale / 2)
     if ready:
-        f = channel(plots, ready[-1][2][0][1])
-        r = radius(f, float(f.max()), plots.logarithmic)
+        r = radius(f, largest, decades)
         directions = curves.grid(angle, azimuth, RINGS, SPOKES).reshape(-1, 3)
         surface = np.ascontiguousarray((r[:, None] * directions).T.astype(np.float32))
         implot3d.push_colormap("Viridis")
@@ -512,11 +594,12 @@ def _solid(state: State, services: Services, size: imgui.ImVec2) -> list[Series]
         implot3d.plot_surface("lobe", *surface, SPOKES, RINGS, spec=smooth)
         implot3d.pop_colormap()
     towards = curves.in_plane(-angle, azimuth)[0].astype(np.float32)
-    color = imgui.ImVec4(*PALETTE[len(plots.incidences) - 1], 1.0)
+    color = imgui.ImVec4(*angle_tint(state, len(plots.incidences) - 1), 1.0)
     ray = np.outer(towards, np.float32([0.0, 0.9]))
     implot3d.plot_line("light", *ray, implot3d.Spec(line_color=color, line_weight=2.0))
-    implot3d.plot_text(f"light {plots.incidences[-1]:.0f}°", *towards)
+    at = implot3d.plot_to_pixels(*map(float, 1.1 * towards))
     implot3d.end_plot()
+    theme.label(imgui.get_window_draw_list(), at.x, at.y, f"light {plots.incidences[-1]:.0f}°")  # over the lobe
     return []
 
 
