@@ -15,7 +15,7 @@ from imgui_bundle import imgui, implot, implot3d
 from ..lab import catalogue, files, gl, scene_schema
 from ..lab.errors import InputError
 from ..lab.paths import GLSL
-from . import camera, lobe_panel, numbers_panel, objects, plots, scene_panel, shortcuts, theme
+from . import camera, keys, lobe_panel, numbers_panel, objects, plots, scene_panel, shortcuts, theme
 from . import state as states
 from .display import Display, JobTexture
 from .imgui_gl import Renderer
@@ -75,7 +75,7 @@ class App:
         self.picture_rect = (0.0, 0.0, 1.0, 1.0)  # x, y, width, height in ImGui's coordinates
         self._hold = None  # what the mouse drags in the picture
         self._more = False  # work for OpenGL that waits
-        self.services.notice(WELCOME)
+        self.greeted = False
 
     # One frame.
 
@@ -92,6 +92,7 @@ class App:
         self._watch(now)
         self._take_dropped()
         imgui.new_frame()
+        self._greet()
         self._guarded(lambda: shortcuts.handle(self))
         self._draw_layout()
         self._draw_picture(now)
@@ -105,6 +106,12 @@ class App:
         self._more = self.services.run_gl_work()
         self._frames.append(time.perf_counter() - now)
         self.services.frame_ms = 1e3 * statistics.median(self._frames)
+
+    def _greet(self) -> None:
+        """Says what to do, until a key or a button is pressed, and for a while after."""
+        if not self.greeted:
+            self.services.notice(WELCOME)
+            self.greeted = any(imgui.get_io().mouse_down) or any(map(imgui.is_key_down, keys.ALL))
 
     def run(self, frames: int | None = None) -> None:
         """Frames until the window closes."""

@@ -58,8 +58,8 @@ def draw(name: str) -> None:
     state, pointed = ALL[name]()
     app = command.start(state, SIZE, offscreen=True)
     app.services.reframe = True
+    app.greeted = True
     app.frame()
-    app.services.notices.clear()
     if pointed:
         x, y, width, height = app.picture_rect
         imgui.get_io().add_mouse_pos_event(x + pointed[0] * width, y + pointed[1] * height)
