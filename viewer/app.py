@@ -50,6 +50,7 @@ class App:
         io.set_ini_filename("")
         io.config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
         io.config_error_recovery_enable_assert = io.config_error_recovery_enable_tooltip = False
+        imgui.get_current_context().debug_log_flags = imgui.internal.DebugLogFlags_.none  # _guarded tells what was wrong
         theme.apply(window.density)
         window.listen()
         self.renderer = Renderer(self.gl)
@@ -215,7 +216,7 @@ class App:
                 flags = imgui.TabItemFlags_.set_selected if self.layout.tab == name else 0
                 if imgui.begin_tab_item(name, None, flags)[0]:
                     if imgui.begin_child(f"{name} content", child_flags=imgui.ChildFlags_.nav_flattened):
-                        content.draw(self.state, self.services)
+                        self._guarded(lambda: content.draw(self.state, self.services))
                     imgui.end_child()
                     imgui.end_tab_item()
             self.layout.tab = ""

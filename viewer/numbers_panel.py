@@ -210,16 +210,17 @@ def _plausible(state: State, services: Services) -> None:
     if known is None:
         _lamp(UNKNOWN, "reciprocal", "being measured")
         return _lamp(UNKNOWN, "energy", "being measured")
-    with _grey(known[0] != repr(state.sides[state.side])):
-        _lamps(known[1])
+    stale = known[0] != repr(state.sides[state.side])
+    with _grey(stale):
+        _lamps(known[1], stale)
 
 
-def _lamps(found: plausible.Plausibility) -> None:
+def _lamps(found: plausible.Plausibility, stale: bool) -> None:
     asymmetry = "f(V, L) = f(L, V)" if found.is_reciprocal else f"no: up to {100 * found.asymmetry:.2g} % apart"
-    _lamp(GOOD if found.is_reciprocal else BAD, "reciprocal", asymmetry)
+    _lamp(UNKNOWN if stale else GOOD if found.is_reciprocal else BAD, "reciprocal", asymmetry)
     sure = found.is_certain
     about = "" if sure else "about "
-    _lamp(DOUBTFUL if not sure else GOOD if found.keeps_energy else BAD, "energy",
+    _lamp(UNKNOWN if stale else DOUBTFUL if not sure else GOOD if found.keeps_energy else BAD, "energy",
           f"albedo {about}{found.albedo:.4g} at {np.degrees(found.angle):.0f}°")
     imgui.set_item_tooltip("The largest albedo of any channel, integrated with the reference"
                            + ("" if sure else f"; too narrow for the integral, which is off by {found.doubt:.2g}"))
