@@ -1,5 +1,9 @@
 // Ashikhmin and Shirley's anisotropic Phong model, with a diffuse part that leaves to the highlight what is its own.
 // needs  core, fresnel, blinn_phong
+//
+// To draw from the whole model, take its highlight with a probability P of your choice, by lobe_sample_AshikhminShirley, else
+// lobe_sample_Lambert; the density is that of both:
+//     mix(lobe_pdf_Lambert(N, L), lobe_pdf_AshikhminShirley(N, T, V, L, nu, nv), P)
 #ifndef LOBE_CORE_GLSL
 #error "ashikhmin_shirley.glsl needs core.glsl: put core.glsl before it"
 #endif

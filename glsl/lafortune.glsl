@@ -3,6 +3,9 @@
 //
 // x is along T, y along B = N x T, z along N. A lobe is told by C = (Cx, Cy, Cz) and its exponent: C = (-1, -1, 1) is Phong's
 // about the mirror direction, (1, 1, 1) shines back, (0, 0, 1) is diffuse; a Cz unlike -Cx moves the peak off the mirror.
+//
+// To draw from several lobes over a diffuse part, take one of them with a probability of your choice, by lobe_sample_Lafortune
+// with one channel's C, or lobe_sample_Lambert; the density is the sum of all densities with the same probabilities.
 #ifndef LOBE_CORE_GLSL
 #error "lafortune.glsl needs core.glsl: put core.glsl before it"
 #endif

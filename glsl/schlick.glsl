@@ -3,6 +3,10 @@
 //
 // r is Schlick's roughness factor, 0 a mirror, 1 diffuse: alpha^2 of GGX. p is his isotropy factor: 1 isotropic, towards 0
 // grooves along T, whose highlight lies across them.
+//
+// To draw from lobe_Schlick, whose light between the facets is diffuse, take lobe_sample_Schlick with a probability P of your
+// choice, else lobe_sample_Lambert; the density is that of both, and of a double layer that of three:
+//     mix(lobe_pdf_Lambert(N, L), lobe_pdf_Schlick(N, T, V, L, r, p), P)
 #ifndef LOBE_CORE_GLSL
 #error "schlick.glsl needs core.glsl: put core.glsl before it"
 #endif

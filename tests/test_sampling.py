@@ -103,20 +103,24 @@ def arguments(function, count, **values):
             for p, w in function}
 
 
-def signature(prefix, sampler):
-    f = FUNCTIONS[f"lobe_{prefix}_{sampler.name}"]
+def signature(name):
+    f = FUNCTIONS[name]
     return f.key, [(p.name, 1 if p.type == "float" else int(p.type[3])) for p in f.parameters]
 
 
 def by_reference(prefix, sampler, count, **values):
-    key, parameters = signature(prefix, sampler)
+    return referred(f"lobe_{prefix}_{sampler.name}", count, **values)
+
+
+def referred(name, count, **values):
+    key, parameters = signature(name)
     return reference.evaluate(key, np.hstack([*arguments(parameters, count, **values).values()]).astype(float))
 
 
 def by_shader(prefix, sampler, count, **values):
     f = IN_GLSL[f"lobe_{prefix}_{sampler.name}"]
     inputs = {name: np.ascontiguousarray(x)[None]
-              for name, x in arguments(signature(prefix, sampler)[1], count, **values).items()}
+              for name, x in arguments(signature(f.name)[1], count, **values).items()}
     with context() as current:
         return gl.evaluate(current, LIBRARY.text, f.call, f.result, inputs).astype(float)
 
@@ -195,3 +199,35 @@ def test_many_draws_follow_the_density(sampler, draw, width, degrees):
 def test_every_sampler_is_tested():
     drawn = {f.name[len("lobe_sample_"):] for f in reference.functions() if f.name.startswith("lobe_sample_")}
     assert drawn == {s.name for s in SAMPLERS}
+
+
+MIXTURES = {  # lobe: its parameters, and the sampler that ashikhmin_shirley.glsl and schlick.glsl mix with Lambert's
+    "lobe_AshikhminShirley": ({"rd": [0.5] * 3, "rs": [0.1] * 3, "nu": 20, "nv": 200}, "AshikhminShirley",
+                              {"nu": 20, "nv": 200}),
+    "lobe_Schlick": ({"f0": [0.1] * 3, "r": 0.1, "p": 0.5}, "Schlick", {"r": 0.1, "p": 0.5}),
+}
+
+
+@pytest.mark.parametrize("name", MIXTURES)
+def test_draws_from_a_sum_need_no_more_than_two_densities(name):
+    """As the headers tell: either of two samplers by chance, weighed with both densities, gives the whole lobe's albedo."""
+    settings, highlight, shape = MIXTURES[name]
+    rng, count, chance = np.random.default_rng(SEED), 100_000, 0.4
+    T, B, N = FRAME
+    V = np.array([0.6, 0.1, 0.63**0.5]) @ FRAME
+    u = rng.random((count, 2))
+    H = referred(f"lobe_sample_{highlight}", count, N=N, T=T, u=u, **shape)
+    mirrored, diffuse = 2 * (H @ V)[:, None] * H - V, referred("lobe_sample_Lambert", count, N=N, T=T, u=u)
+    L = np.where(rng.random((count, 1)) < chance, mirrored, diffuse)
+    density = (1 - chance) * referred("lobe_pdf_Lambert", count, N=N, L=L) \
+        + chance * referred(f"lobe_pdf_{highlight}", count, N=N, T=T, V=V, L=L, **shape)
+    f = referred(name, count, N=N, T=T, V=V, L=L, **settings)[:, :1]
+    weight = f * (L @ N)[:, None] / np.maximum(density, 1e-30)  # below the horizon both are 0
+
+    (z, w_z), (phi, w_phi) = gauss(1, 60), gauss(2 * math.pi, 60)
+    z, phi = (a.ravel()[:, None] for a in np.meshgrid(z, phi, indexing="ij"))
+    grid = (np.sqrt(1 - z * z) * np.concatenate([np.cos(phi), np.sin(phi)], 1)) @ FRAME[:2] + z * N
+    f = referred(name, len(grid), N=N, T=T, V=V, L=grid, **settings)[:, :1]
+    albedo = (f * z * np.outer(w_z, w_phi).reshape(-1, 1)).sum()
+    assert abs(weight.mean() - albedo) < 4 * weight.std() / math.sqrt(count), f"seed {SEED}"
+    assert weight.std() < albedo
