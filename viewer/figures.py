@@ -11,14 +11,12 @@ from imgui_bundle import imgui
 
 from ..lab import files
 from ..lab.paths import ROOT
-from . import command
+from . import command, numbers_panel
 from . import state as states
-from .numbers_panel import Flip
 from .state import Environment, Light, Lobe, Plots
 
 FIGURES = ROOT / "docs" / "figures"
 SIZE, LATER, SECONDS = (1280, 720), 40, 120
-COLOURS = 256
 
 
 def split():
@@ -58,7 +56,7 @@ def draw(name: str) -> None:
     state, pointed = ALL[name]()
     app = command.start(state, SIZE, offscreen=True)
     app.services.reframe = True
-    app.greeted = True
+    app.greeted, app.services.times = True, False
     app.frame()
     if pointed:
         x, y, width, height = app.picture_rect
@@ -67,18 +65,18 @@ def draw(name: str) -> None:
     while time.monotonic() < end and quiet < LATER:  # what takes long begins a while after the last change
         app.frame()
         time.sleep(0.02)
-        there = command.settled(app) and app.services.idle and Flip.of(app.services).value is not None
+        there = command.settled(app) and app.services.idle and numbers_panel.complete(app.services)
         quiet = quiet + 1 if there else 0
     write(f"viewer-{name}.png", app.screenshot())
     app.release()
 
 
 def write(name: str, shown) -> None:
-    """A PNG of few colours, which is a third as large."""
+    """A PNG of all colours, since a palette puts steps into a smooth difference."""
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(shown).quantize(COLOURS, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
+    Image.fromarray(shown).save(buffer, "PNG", optimize=True)
     files.write_bytes(FIGURES / name, buffer.getvalue())
 
 

@@ -252,7 +252,9 @@ def cycles(material: list[Lobe], services: Services) -> int | None:
 def _cost(state: State, services: Services) -> None:
     count = cycles(state.sides[state.side], services)
     rows = [("cycles", "not measured: ./lobe chart" if count is None else f"{count} for 64 pixels (RDNA2)",
-             "How long 64 calls keep one SIMD unit busy, from benchmarks/results/chart.json"),
+             "How long 64 calls keep one SIMD unit busy, from benchmarks/results/chart.json")]
+    if services.times:
+        rows += [
             ("picture", f"{services.picture_ms:.1f} ms", f"To draw the shader's picture here, on {services.renderer}"),
             ("frame", f"{services.frame_ms:.1f} ms", "Of this window, all in all; the median of the last ones")]
     _rows(rows)

@@ -89,6 +89,7 @@ class Services:
     pixel       Pixel under the mouse, or None; it comes a frame or two late
     showing     (state.against, key) of what is shown, the first two of the key of `images` once these are of it
     frame_ms, picture_ms   time of a frame and of drawing the shader's picture, medians of the last ones
+    times                  whether these are shown: figures, drawn on any machine, leave them out
     renderer    the driver's name
     reframe     set it to have the camera look at the whole object again
     """
@@ -101,6 +102,7 @@ class Services:
         self.pixel: Pixel | None = None
         self.showing: tuple = ("", None)
         self.frame_ms = self.picture_ms = 0.0
+        self.times = True
         self.notices: list[Notice] = []
         self.reframe = False
         self._wake = wake
