@@ -20,7 +20,7 @@ LIST = imgui.Key.l  # opens the list of lobes
 _SLIDER = (imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.no_round_to_format).value
 _COLOUR = (imgui.ColorEditFlags_.float | imgui.ColorEditFlags_.picker_hue_wheel).value
 _searched: WeakKeyDictionary = WeakKeyDictionary()  # services -> the text in the search box
-_closed: WeakKeyDictionary = WeakKeyDictionary()  # services -> which list was closed, for how many frames it keeps the focus
+_closed: WeakKeyDictionary = WeakKeyDictionary()  # services -> (list that was closed, frames to keep)
 _offered: WeakKeyDictionary = WeakKeyDictionary()  # services -> what was computed of the library, by what it is
 
 

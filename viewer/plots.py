@@ -131,7 +131,8 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
     plots, em = state.plots, imgui.get_font_size()
     if {"lobe", "angle", "solid", "D"} & set(shown):
         plots.logarithmic = imgui.checkbox("log", plots.logarithmic)[1]
-        imgui.set_item_tooltip(f"Logarithmic, over the decades that the curves have, at most {DECADES[1]:.0f}")
+        imgui.set_item_tooltip("Logarithmic, over the decades that the curves have, "
+                               f"at most {DECADES[1]:.0f}")
         imgui.same_line()
     plots.reference = imgui.checkbox("reference", plots.reference)[1]
     imgui.set_item_tooltip("The edited side's reference in double precision: broad and pale, under the shader's thin line")
