@@ -615,6 +615,41 @@ def test_a_lobe_is_chosen_by_keys_alone(viewer):
     viewer.state.plots = states.Plots()
 
 
+@pytest.mark.parametrize("by_mouse", [True, False])
+def test_tooltips_come_to_the_mouse_alone(viewer, monkeypatch, by_mouse):
+    """What the keyboard has reached has none: it would cover the buttons below."""
+    from imgui_bundle import imgui
+
+    told, at, real = [], [], imgui.begin_item_tooltip
+    slider = imgui.slider_float
+
+    def sliding(name, *more):
+        if name == "alpha" and not by_mouse and not at:
+            imgui.set_keyboard_focus_here()
+        found = slider(name, *more)
+        if name == "alpha":
+            at[:] = [imgui.get_item_rect_min()]
+        return found
+
+    def shown():
+        told.append(real())
+        return told[-1]
+
+    viewer.state.sides["A"] = [states.default_lobe("lobe_GGX")]
+    monkeypatch.setattr(imgui, "slider_float", sliding)
+    monkeypatch.setattr(imgui, "begin_item_tooltip", shown)
+    frames(viewer, 2)
+    imgui.set_nav_cursor_visible(not by_mouse)
+    if by_mouse:
+        imgui.get_io().add_mouse_pos_event(at[0].x + 10, at[0].y + 5)
+    deadline = time.monotonic() + 1
+    while time.monotonic() < deadline and not any(told):
+        viewer.frame()
+    imgui.get_io().add_mouse_pos_event(-1e9, -1e9)
+    frames(viewer, 2)
+    assert any(told) == by_mouse
+
+
 def test_a_session_keeps_the_plots(tmp_path):
     state = states.initial()
     state.plots = states.Plots("albedo", False, False, (15.0, 80.0), 90.0, "red", True, [

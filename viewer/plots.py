@@ -135,7 +135,7 @@ def _controls(state: State, services: Services, shown: list[str]) -> None:
                                f"at most {DECADES[1]:.0f}")
         imgui.same_line()
     plots.reference = imgui.checkbox("reference", plots.reference)[1]
-    imgui.set_item_tooltip("The edited side's reference in double precision: broad and pale, under the shader's thin line")
+    imgui.set_item_tooltip("Reference of the edited side: broad, pale, under the shader's thin line")
     plots.both = imgui.checkbox(f"and {_other(state)}", plots.both)[1]
     imgui.set_item_tooltip("The lobe of the other side, dashed; a colour is then a lobe, and a shade of it an angle")
     imgui.same_line()
