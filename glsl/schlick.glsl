@@ -241,10 +241,10 @@ vec3 lobe_sample_Schlick(vec3 N, vec3 T, float r, float p, vec2 u) {
 // Within a rounding of the pole, 1e-7, the azimuth is noise, and A^2 with it: anything in p..1 / p.
 // 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
 // Why this form: where V and L are nearly opposite and H is nearly at right angles to N, a second step of lobe_H gives
-// N.H the digits that the first has not.
+// N.H the digits that the first has not; of vectors that are no units it stays finite by its bound.
 float lobe_pdf_Schlick(vec3 N, vec3 T, vec3 V, vec3 L, float r, float p) {
     vec3 H = lobe_H(V, L), across = V - L;
-    H -= 0.25 * dot(H, across) * across;
+    H -= clamp(0.25 * dot(H, across), -1.0, 1.0) * across;
     float NdotV = dot(N, V), NH = dot(N, H);
     if (min(NdotV, NH) <= 0.0) return 0.0;
     vec3 X = cross(N, H);
