@@ -41,7 +41,6 @@ def main() -> None:
     from lobe.lab import files
 
     files.write_json(options.out, results)
-    files.write_json("-", results)
 
 
 def xvfb() -> subprocess.Popen:
