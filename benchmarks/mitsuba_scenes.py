@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lobe import reference
-from lobe.lab import meshes, probes, scenes
+from lobe.lab import probes, scenes
 
 EYE, TARGET, UP, FOV_Y = scenes.EYE, scenes.TARGET, scenes.UP, 24.0
 LAMBERT = "lobe_Lambert(vec3,vec3,vec3,vec3)"

@@ -41,7 +41,7 @@ def _sections(key: Key) -> list[str]:
     if kind.forms:
         text += _table([Key(kind.selector, scene_schema.Choice(tuple(kind.forms)), "which of these it is"), *kind.keys])
         text += "".join(f"\nWith `{kind.selector} = \"{form}\"`" + (" also:\n\n" + _table(keys) if keys else
-                        f" nothing else.\n") for form, keys in kind.forms.items())
+                        " nothing else.\n") for form, keys in kind.forms.items())
         return [text]
     text += _table(kind.keys)
     text += "".join(f"\n`{inner.name}` is a table:\n\n" + _table(inner.kind.keys)

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from . import catalogue, files
+from . import catalogue
 from .catalogue import Function, Parameter
 from .errors import InputError
-from .paths import ROOT
 from .toml_lines import KeyPath
 
 LARGEST = 1e6  # of coordinates, so that float32 still resolves a millimetre in a metre-sized part of the scene

@@ -218,12 +218,12 @@ def _of_directions(function: Function) -> list[Set]:
 
 def _side(rng: np.random.Generator, axis: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The unit vector at right angles to a unit axis, towards v; a random one where v lies along the axis."""
-    for towards in (v, rng.normal(size=v.shape)):
+    def across(towards):
         side = towards - axis * geometry.dot(axis, towards)
-        length = np.linalg.norm(side, axis=1, keepdims=True)
-        found = side / np.maximum(length, 1e-300) if towards is v else np.where(short, side / length, found)
-        short = length < 1e-3
-    return geometry.normalize(found)
+        return side, np.linalg.norm(side, axis=1, keepdims=True)
+
+    (side, length), (other, other_length) = across(v), across(rng.normal(size=v.shape))
+    return geometry.normalize(np.where(length < 1e-3, other / other_length, side / np.maximum(length, 1e-300)))
 
 
 def _at_cosine(rng, N: np.ndarray, v: np.ndarray, cosine: np.ndarray) -> np.ndarray:

@@ -33,10 +33,6 @@ LEAST, MOST = 1e-8, 1.0  # of the maps' relative error
 # --- summaries -------------------------------------------------------------------------------------------------------
 
 
-def functions_of(rows: list[dict]) -> list[str]:
-    return list(dict.fromkeys(row["function"] for row in rows))
-
-
 def verdicts(rows: list[dict]) -> dict[str, dict]:
     """By function, over all drivers: the worst error over the allowed one of each suite, how many inputs were random,
     how many of the policy's rules are kept, the safe range, and what vectors off unit length cost."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lobe import reference
-from lobe.lab import bundle, catalogue, compare, examples, gl, meshes, raster, scenes
+from lobe.lab import catalogue, compare, examples, gl, meshes, raster, scenes
 
 SIZE = 64
 FILES = sorted(p.name for p in examples.FOLDER.iterdir() if p.suffix in (".vert", ".frag"))

@@ -29,7 +29,7 @@ def test_more_work_costs_more_and_none_costs_nothing(tools):
 
 def test_channels_are_not_merged(tools):
     """Were the three channels of f0 equal to the compiler, Schlick's term would cost as much as of one channel."""
-    grey, colour = (isa.cost("", f"f0 * x * x + x", kind, {"x": "float", "f0": kind}) for kind in ("float", "vec3"))
+    grey, colour = (isa.cost("", "f0 * x * x + x", kind, {"x": "float", "f0": kind}) for kind in ("float", "vec3"))
     assert colour.inverse_throughput > grey.inverse_throughput
 
 

@@ -7,15 +7,13 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import OpenEXR
 import pytest
 
 from lobe.lab import cli, exr, files, rendering, scene_files
-from lobe.lab.errors import InputError
-from lobe.lab.paths import DATA, ROOT
+from lobe.lab.paths import ROOT
 
 EXAMPLES = ROOT / "examples" / "scenes"
 SCENE = """\

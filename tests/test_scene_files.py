@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from lobe import reference
 from lobe.lab import files, meshes, scene_files, scene_page, scene_schema, spectra, toml_lines
 from lobe.lab.errors import InputError
 from lobe.lab.paths import DATA, ROOT

@@ -10,7 +10,6 @@ import math
 import re
 import struct
 import warnings
-import zlib
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
