@@ -5,27 +5,20 @@ from __future__ import annotations
 import json
 import re
 
-from . import catalogue, files
+from . import catalogue, files, report
 from .catalogue import Function
 from .paths import ROOT
 
 README = ROOT / "README.md"
 RESULTS = ROOT / "benchmarks" / "results" / "compare.json"
 COSTS = ROOT / "benchmarks" / "results" / "chart.json"
-FUZZ = ROOT / "benchmarks" / "results" / "fuzz.json"
 _FUZZ = re.compile(r"(<!-- fuzz -->).*?(<!-- /fuzz -->)", re.S)
 _BLOCK = re.compile(r"(<!-- functions -->\n).*(<!-- /functions -->)", re.S)
 
 
 def generated(text: str) -> str:
     """README's text with its table of functions, and the counts of damaged files, up to date."""
-    return _FUZZ.sub(lambda m: m[1] + fuzzed() + m[2], _BLOCK.sub(lambda m: m[1] + table() + m[2], text))
-
-
-def fuzzed() -> str:
-    told = json.loads(FUZZ.read_text())
-    return (f"{told['executions']:,} damaged files of {len(told['targets'])} kinds in {told['seconds'] / 60:.0f} minutes, "
-            f"{told['faults']} faults left")
+    return _FUZZ.sub(lambda m: m[1] + report.fuzz_line() + m[2], _BLOCK.sub(lambda m: m[1] + table() + m[2], text))
 
 
 def table() -> str:

@@ -39,7 +39,7 @@ def write(outcome: Outcome, plan: Plan, out: Path) -> Path:
         outcome=outcome, plan=plan, entries=entries, groups=_groups(entries), totals=_totals(outcome, entries),
         failures=_failures(outcome), versions=_versions(), machine=_machine(), ibl=_ibl(plan),
         date=datetime.datetime.now().astimezone(), compare=compare, pictures=pictures,
-        stability=(Path(out) / "stability.html").is_file(), mutants=mutants_line()))
+        stability=(Path(out) / "stability.html").is_file(), mutants=mutants_line(), fuzzed=fuzz_line()))
     return page
 
 
@@ -488,6 +488,16 @@ def mutants_line() -> str:
     of = total["killed"] + total["survivors"]
     return (f"of {of:,} small edits of {total['functions']} functions that change a value, the fast tests find {total['killed']:,}, "
             f"{100 * total['score']:.1f} %")
+
+
+def fuzz_line() -> str:
+    """What was measured last of the readers; "" as of mutants_line."""
+    measured = ROOT / "benchmarks" / "results" / "fuzz.json"
+    if not measured.is_file():
+        return ""
+    told = json.loads(measured.read_text())
+    return (f"{told['executions']:,} damaged files of {len(told['targets'])} kinds in {told['seconds'] / 60:.0f} minutes, "
+            f"{told['faults']} faults left")
 
 
 def environment() -> jinja2.Environment:

@@ -66,7 +66,6 @@ def test_reference_builds_and_passes_its_tests_without_python():
     run("ctest", "--test-dir", build, "--output-on-failure", "--no-tests=error")
 
 
-@pytest.mark.full
 def test_reference_passes_its_tests_under_sanitizers():
     """AddressSanitizer, with undefined behaviour. Where GCC does not optimise at all it breaks off, so -Og."""
     build = ROOT / "build" / "address"
