@@ -43,14 +43,14 @@ class Judge:
             yield "no NaN on the way", not policy.repaired(self.function, context, self._shader.source, inputs).any()
         for rule in self._rules:
             yield rule.name, bool((policy.errors(rule, self._shader, context) <= 1).all())
-        shade = physics.Shades(context, self._source)
+        shade = physics.Shades(context, self.source)
         for demand in self._demands:
             yield demand.name, demand.measure(shade).passed
         if physics.is_cut_at_one(self.function):
             yield "1 at most", physics.excess(self.function, shade) == 0
         for family, known in self._families:
             with context:
-                got = gl.evaluate(context, self._source, family.call, "float", known.inputs)[:, 0].astype(float)
+                got = gl.evaluate(context, self.source, family.call, "float", known.inputs)[:, 0].astype(float)
             yield f"cases {family.name}", bool((known.errors(got) <= 1).all())
 
     def points(self, context: gl.Context) -> Iterator[tuple[str, bool]]:
@@ -68,8 +68,8 @@ class Judge:
         return compare.library_shader(self.function, text, self.function.key)
 
     @cached_property
-    def _source(self) -> str:
-        """The text of whatever the demands and the cases call."""
+    def source(self) -> str:
+        """The text of the function and of whatever the demands and the cases call."""
         calls = [d.name for d in self._demands] + [family.call for family, _ in self._families]
         names = {name for call in calls for name in re.findall(r"lobe_\w+", call)} | {self.function.name}
         return bundle.bundle(self.library, sorted(names))

@@ -275,13 +275,13 @@ def callers(library: Catalogue, function: Function) -> list[Function]:
 def run(library: Catalogue, functions: tuple[Function, ...], folder: Path, points: int = WHOLE_POINTS, jobs: int = 1,
         on_step: Callable[[str, int, int], None] = lambda name, done, of: None) -> list[dict]:
     """What becomes of some functions' mutants. Each function's result is kept in the folder as soon as it is there, so that
-    an interrupted run goes on where it was; results of another library or another suite are not taken."""
+    an interrupted run goes on where it was; what another text or another suite gave is not taken."""
     for function in functions:
         if not mutants(library, function):
             raise InputError(f"mutate: {function.key} has no mutants; expected a function that computes something")
-    digest = _digest(library, points)
+    digests = _digests(library, functions, points)
     places = {f: files.output_folder(folder) / f"{re.sub(r'[^a-z0-9]+', '-', f.key, flags=re.I).strip('-')}.json" for f in functions}
-    found = {f: known["result"] for f in functions if (known := _kept(places[f])) and known["digest"] == digest}
+    found = {f: known["result"] for f in functions if (known := _kept(places[f])) and known["digest"] == digests[f]}
     left = sorted((f for f in functions if f not in found), key=lambda f: -len(f.definition))  # long ones first
     with ProcessPoolExecutor(jobs, get_context("spawn"), _begin) as pool:
         asked = {pool.submit(_measured, f.key, points): f for f in left}
@@ -289,7 +289,7 @@ def run(library: Catalogue, functions: tuple[Function, ...], folder: Path, point
             function = asked[future]
             on_step(library.label(function), done, len(functions))
             found[function] = future.result()
-            files.write_json(places[function], {"digest": digest, "result": found[function]})
+            files.write_json(places[function], {"digest": digests[function], "result": found[function]})
     return [found[f] for f in functions]
 
 
@@ -300,11 +300,17 @@ def _kept(place: Path) -> dict | None:
         return None
 
 
-def _digest(library: Catalogue, points: int) -> str:
-    """Of whatever decides a result: the functions, the reference's sources, and the suite."""
-    here = Path(__file__).parent
-    sources = [here / f"{name}.py" for name in SUITE] + sorted((ROOT / "reference").rglob("*.h")) + [cases.FILE]
-    return sha256("\0".join((library.text, str(points), *(p.read_text() for p in sources))).encode()).hexdigest()
+def _digests(library: Catalogue, functions: tuple[Function, ...], points: int) -> dict[Function, str]:
+    """Of whatever decides a function's result: its text and of all that is called with it, the models, and the suite."""
+    sources = [Path(__file__).parent / f"{name}.py" for name in SUITE] + [cases.FILE]
+    sources += sorted((ROOT / "reference" / "models").glob("*.h"))
+    suite = sha256("\0".join((str(points), *(p.read_text() for p in sources))).encode())
+    text = cache(lambda f: Judge(library, f).source)
+    found = {}
+    for function in functions:
+        found[function] = suite.copy()
+        found[function].update("\0".join(map(text, (function, *callers(library, function)))).encode())
+    return {function: digest.hexdigest() for function, digest in found.items()}
 
 
 _worker: dict = {}  # of a process: its library and context
