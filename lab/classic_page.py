@@ -110,7 +110,9 @@ Ngan et al. 2004 fitted the models of their day to the same measurements and ask
 
 Models have one Lambert part, unless they bring a diffuse part of their own; colours and shapes within the headers'
 ranges, colours 1 at most, and shapes no narrower than the samples resolve:
-{_narrowest()}; an inner layer of Schlick's is gone before it is too narrow. All channels have one shape, but for
+{_narrowest()}; an inner layer of Schlick's is gone before it is too narrow. The materials are isotropic, under which an
+anisotropic form is its isotropic one; `lobe_GGX_conductor` has eta and k in place of f0, six unknowns that shape F alone;
+`lobe_GGX_multiple` is left out, since its reference integrates. All channels have one shape, but for
 Lafortune's lobes, which have their own in each. Minimised is the sum of
 (N·V N·L (fit − f))² over both hemispheres by {found["samples"]} nodes, all channels together; the *residual* is its
 root over that of the material. Values come from the library's reference, in double precision and in batches; only
