@@ -6,7 +6,7 @@ import numpy as np
 
 from . import gl, scenes
 
-_VERTEX = """#version 330
+VERTEX = """#version 330
 uniform mat4 lobe_projection;
 in vec3 lobe_position;
 in vec3 lobe_normal;
@@ -31,7 +31,7 @@ def draw(context: gl.Context, scene: scenes.Scene, size: int, source: str, call:
     [size, size] int32, -1 where there is none.
     """
     device = context.gl
-    shader = gl.program(context, _VERTEX, _fragment(scene, source, call, result, parameters))
+    shader = gl.program(context, VERTEX, _fragment(scene, source, call, result, parameters))
     shader["lobe_projection"].write(projection().T.astype("f4").tobytes())
     if "lobe_eye" in shader:
         shader["lobe_eye"].value = scenes.EYE
@@ -58,17 +58,19 @@ def draw(context: gl.Context, scene: scenes.Scene, size: int, source: str, call:
     return image[..., :3].copy(), triangle.copy()
 
 
-def projection(near: float = 0.1, far: float = 100.0) -> np.ndarray:
-    """World to clip space for the fixed camera of the scenes, square pictures."""
-    eye, target, up = (np.array(v) for v in (scenes.EYE, scenes.TARGET, scenes.UP))
+def projection(eye=scenes.EYE, target=scenes.TARGET, fov: float = scenes.FOV_Y, aspect: float = 1.0,
+               near: float = 0.1, far: float = 100.0) -> np.ndarray:
+    """World to clip space for a camera that sees `fov` degrees between lower and upper edge; that of the scenes if no
+    other is given. `aspect` is width over height."""
+    eye, target, up = (np.array(v, float) for v in (eye, target, scenes.UP))
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
     view = np.eye(4)
     view[:3, :3] = right, np.cross(back, right), back
     view[:3, 3] = -view[:3, :3] @ eye
-    scale = 1 / np.tan(np.radians(scenes.FOV_Y) / 2)
-    clip = np.diag([scale, scale, (far + near) / (near - far), 0.0])
+    scale = 1 / np.tan(np.radians(fov) / 2)
+    clip = np.diag([scale / aspect, scale, (far + near) / (near - far), 0.0])
     clip[2, 3], clip[3, 2] = 2 * far * near / (near - far), -1.0
     return clip @ view
 

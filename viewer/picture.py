@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from ..lab import bundle, catalogue, gl, scenes
+from ..lab import bundle, catalogue, gl, raster, scenes
 from . import objects
 from .state import MOST_LIGHTS, Lobe, State
 
@@ -16,39 +16,11 @@ MOST_RAYS = scenes.DIRECTIONS + MOST_LIGHTS
 BUDGET = 0.018  # seconds of one frame for drawing
 NEAR, FAR = (x / np.linalg.norm(scenes.EYE) for x in (0.1, 100.0))  # in distances of eye and target: as raster has them
 
-_VERTEX = """#version 330
-uniform mat4 lobe_projection;
-in vec3 lobe_position;
-in vec3 lobe_normal;
-in vec3 lobe_tangent;
-out vec3 lobe_P;
-out vec3 lobe_N;
-out vec3 lobe_T;
-void main() {
-    lobe_P = lobe_position;
-    lobe_N = lobe_normal;
-    lobe_T = lobe_tangent;
-    gl_Position = lobe_projection * vec4(lobe_position, 1.0);
-}
-"""
-
 
 def projection(state: State, aspect: float) -> np.ndarray:
     """World to clip space."""
-    eye, target, up = (np.array(v, float) for v in (state.eye, state.target, scenes.UP))
-    back = eye - target
-    distance = np.linalg.norm(back)
-    back /= distance
-    right = np.cross(up, back)
-    right /= np.linalg.norm(right)
-    view = np.eye(4)
-    view[:3, :3] = right, np.cross(back, right), back
-    view[:3, 3] = -view[:3, :3] @ eye
-    near, far = NEAR * distance, FAR * distance
-    scale = 1 / math.tan(math.radians(state.fov) / 2)
-    clip = np.diag([scale / aspect, scale, (far + near) / (near - far), 0.0])
-    clip[2, 3], clip[3, 2] = 2 * far * near / (near - far), -1.0
-    return clip @ view
+    distance = math.dist(state.eye, state.target)
+    return raster.projection(state.eye, state.target, state.fov, aspect, NEAR * distance, FAR * distance)
 
 
 def uniform(i: int, name: str) -> str:
@@ -109,7 +81,7 @@ class Programs:
         """CompileError where the driver refuses it."""
         key = tuple(lobe.key for lobe in lobes)
         if key not in self._compiled:
-            self._compiled[key] = gl.program(self._context, _VERTEX, fragment(lobes, self.library))
+            self._compiled[key] = gl.program(self._context, raster.VERTEX, fragment(lobes, self.library))
         return self._compiled[key]
 
     def replace(self, library: catalogue.Catalogue, lists: list[list[Lobe]]) -> None:
@@ -117,7 +89,7 @@ class Programs:
         made = {}
         for lobes in lists:
             key = tuple(lobe.key for lobe in lobes)
-            made[key] = made.get(key) or gl.program(self._context, _VERTEX, fragment(lobes, library))
+            made[key] = made.get(key) or gl.program(self._context, raster.VERTEX, fragment(lobes, library))
         for old in self._compiled.values():
             old.release()
         self._compiled, self.library = made, library
