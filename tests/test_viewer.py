@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 from imgui_bundle import imgui
-from window_session import ALT, SHIFT, Display, Session, frames, until
+from window_session import ALT, SHIFT, Display, Session, frames, shaded, until
 
 from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
@@ -56,7 +56,7 @@ def started(app, hand):
         notice.until = 0.0
     frames(app)
     assert not app.services.notices, "said once"
-    return words, app.window.size, app.pictures["A"].read().copy(), app.services.renderer
+    return words, app.window.size, shaded(app), app.services.renderer
 
 
 def test_the_window_opens_on_a_picture_and_says_what_to_do(viewer):
@@ -72,8 +72,7 @@ def every_lobe(app, hand):
     drawn = {}
     for name in states.lobes():
         app.state.sides["A"] = [states.default_lobe(name)]
-        until(app, lambda: app.pictures["A"].whole)
-        image = app.pictures["A"].read()
+        image = shaded(app)
         drawn[name] = image[image[..., 3] > 0][:, :3].copy()
     return drawn, errors(app)
 
@@ -187,7 +186,7 @@ def traced_progress(app, hand):
     frames(app, 1)
     job = app.services.job
     seen = []
-    until(app, lambda: seen.append((job.samples, job.error)) or job.samples >= 4)
+    until(app, lambda: seen.append((job.samples, job.error)) or seen[-1][0] >= 4 and np.isfinite(seen[-1][1]))
     image = job.image.copy()
     app.state.exposure += 1
     frames(app)
@@ -221,16 +220,21 @@ def priorities(app, hand):
     fresh(app)
     app.state.reference, app.state.depth = "traced", 16
     frames(app, 2)
-    before = used()
-    until(app, lambda: app.services.job.samples >= 4)
-    return [(name, nice, ticks - before.get(task, (0, 0, 0))[2]) for task, (name, nice, ticks) in used().items()
-            if int(task) != os.getpid() and "llvmpipe" not in name]
+    before, busy = used(), []
+
+    def found():
+        now = {task: (name, nice, ticks - before.get(task, (0, 0, 0))[2]) for task, (name, nice, ticks) in used().items()}
+        busy[:] = [seen for task, seen in now.items() if seen[2] > 1 and int(task) != os.getpid()
+                   and "llvmpipe" not in seen[0]]
+        return busy and app.services.job.samples >= 4
+
+    until(app, found)
+    return busy
 
 
 def test_the_reference_gives_way_to_the_window(viewer):
-    threads = viewer.do(priorities)
-    busy = [t for t in threads if t[2] > 1]
-    assert busy and all(nice >= 10 for _, nice, _ in busy), busy
+    busy = viewer.do(priorities)
+    assert all(nice >= 10 for _, nice, _ in busy), busy
 
 
 def slow_picture(app, hand):
@@ -244,8 +248,8 @@ def slow_picture(app, hand):
             camera.orbit(app.state, 0.1, 0.0)
             frames(app, 1)
             moving = app.pictures["A"].texture.size, app.pictures["A"].whole
-            until(app, lambda: app.pictures["A"].whole)
-            seen.append((moving, app.pictures["A"].texture.size, app.pictures["A"].read().copy()))
+            image = shaded(app)
+            seen.append((moving, app.pictures["A"].texture.size, image))
             camera.orbit(app.state, -0.1, 0.0)
     finally:
         picture.BUDGET = budget
@@ -267,20 +271,11 @@ def test_a_slow_picture_is_small_while_it_moves_and_whole_soon_after(viewer):
 def press_modes(app, hand):
     fresh(app)
     shown = {}
-    until(app, lambda: app.services.job.done and app.reference.settled)
-    app.services.notices.clear()
+    until(app, lambda: app.services.job.done and app.reference.settled and app.pictures["A"].whole)
     for i, mode in enumerate(MODES):
         hand.key(app, str(i + 1))
         assert app.state.mode == mode, mode
-        if mode == "flicker":
-            seen = []
-            for _ in range(2):
-                before = app._second()
-                until(app, lambda: app._second() != before)
-                app._draw_picture(time.perf_counter())
-                seen.append(app.display.read())
-            shown[mode] = seen
-        else:
+        if mode != "flicker":
             shown[mode] = app.display.read()
     return shown, app.pictures["A"].read().copy(), app.services.job.image.copy(), app.state
 
@@ -299,8 +294,24 @@ def test_keys_choose_modes_which_show_what_they_say(viewer):
     assert (shown["split"][:, columns] == shown["shader"][:, columns]).all()
     right = np.arange(drawn.shape[1]) > state.divider * drawn.shape[1] + 1
     assert (shown["split"][:, right] == shown["reference"][:, right]).all()
-    first, second = shown["flicker"]
-    assert {(x == shown["shader"]).all() for x in (first, second)} == {True, False} or (a == b).all()
+
+
+def flickering(app, hand):
+    fresh(app)
+    app.state.against, app.state.sides["B"] = "B", [states.default_lobe("lobe_Lambert")]
+    shown = []
+    for app.state.mode in ("shader", "reference"):
+        shaded(app, "A"), shaded(app, "B")
+        shown.append(app.display.read())
+    app.state.mode = "flicker"
+    seen = {}
+    until(app, lambda: seen.update({app.display.read().tobytes(): None}) or len(seen) >= 2)
+    return [x.tobytes() for x in shown], list(seen)
+
+
+def test_flicker_shows_one_and_the_other(viewer):
+    shown, seen = viewer.do(flickering)
+    assert shown[0] != shown[1] and set(seen) == set(shown)
 
 
 def test_the_difference_is_signed(viewer):
@@ -319,8 +330,7 @@ def difference_picture(app, hand, changes):
     for name, value in changes.items():
         setattr(app.state, name, value)
     app.state.sides = {"A": [states.default_lobe("lobe_Lambert")], "B": app.state.sides["A"]}
-    frames(app)
-    drawn, other = (app.pictures[s].read() for s in "AB")
+    drawn, other = (shaded(app, side) for side in "AB")
     inside = (drawn[..., 3] > 0) & (drawn[..., 3] == other[..., 3])
     return tuple(x[inside][:, :3].astype(float) for x in (app.display.read(), drawn, other))
 
@@ -356,6 +366,7 @@ def move_camera(app, hand):
     hand.move(app, *middle)
     hand.button(app, 4, True)
     hand.button(app, 4, False)
+    until(app, lambda: app.state.eye != steps[-1][0])
     note()
     hand.key(app, "Left", SHIFT)
     note()
@@ -436,23 +447,25 @@ def test_other_keys_do_what_the_help_says(viewer):
 def hover(app, hand):
     fresh(app)
     until(app, lambda: app.services.job.done)
+    p = pointed_at(app, hand)
+    return p, shaded(app)[p.y, p.x], app.services.job.image[p.y, p.x]
+
+
+def pointed_at(app, hand):
+    """What is told of a pixel of the object in the state as it is now."""
     x, y, width, height = app.picture_rect
     hand.move(app, x + 0.4 * width, y + 0.6 * height)
+    app.services.pixel = None  # of an older state
     until(app, lambda: app.services.pixel is not None)
-    p = app.services.pixel
-    image, reference = app.pictures["A"].read(), app.services.job.image
-    return p, image[p.y, p.x], reference[p.y, p.x]
+    return app.services.pixel
 
 
 def hover_against(app, hand):
     fresh(app)
     app.state.against = "B"
     app.state.sides["B"] = [states.default_lobe("lobe_Lambert")]
-    x, y, width, height = app.picture_rect
-    hand.move(app, x + 0.4 * width, y + 0.6 * height)
-    until(app, lambda: app.services.pixel is not None and app.services.pixel.f_B is not None)
-    p = app.services.pixel
-    return p, *(app.pictures[side].read()[p.y, p.x] for side in "AB")
+    p = pointed_at(app, hand)
+    return p, *(shaded(app, side)[p.y, p.x] for side in "AB")
 
 
 def test_the_pixel_of_two_lobes_is_told_of_both(viewer):
@@ -559,9 +572,9 @@ def save_all(app, hand, folder, against):
     app.state.mode, app.state.divider = "difference", 0.25
     pins = [[states.default_lobe("lobe_Phong")]]
     app.state.plots = states.Plots("angle", False, False, (10.0, 45.0), 90.0, "red", True, pins)
-    frames(app)
-    if against == "reference":
-        until(app, lambda: app.services.job.done and app.pictures["A"].whole)
+    for side in app._sides():
+        shaded(app, side)
+    until(app, lambda: against == "B" or app.services.job.done)
     for what, name in (("session", "s.toml"), ("png", "p.png"), ("exr", "e.exr")):
         app.asking = what
         app.finish_path(folder / name)
@@ -609,8 +622,7 @@ def break_and_repair(app, hand):
     from lobe.lab import paths
 
     path = paths.GLSL / "ggx.glsl"
-    good = path.read_text()
-    drawn = app.pictures["A"].read().copy()
+    good, drawn = path.read_text(), shaded(app)
 
     def write(text):
         path.write_text(text)
@@ -623,15 +635,14 @@ def break_and_repair(app, hand):
     line = good[: good.index(marker)].count("\n") + 2
     write(good.replace(marker, marker + "    flaot y = 1.0;\n"))
     write(good.replace(marker, marker + "    flaot x = 1.0;\n"))
-    broken, still = errors(app), app.pictures["A"].read().copy()
+    broken, still = errors(app), shaded(app)
     app.state.sides["A"][0].values["alpha"] = (0.5,)
-    frames(app)
-    alive = app.pictures["A"].read().copy()
+    alive = shaded(app)
     app.state.sides["A"][0].values["alpha"] = (0.3,)
     write(good.replace(marker, marker + "    f0 *= 0.5;\n"))
-    changed, wrong = app.pictures["A"].read().copy(), errors(app)
+    changed, wrong = shaded(app), errors(app)
     write(good)
-    return broken, f"{path}:{line}", drawn, still, alive, changed, wrong, app.pictures["A"].read().copy()
+    return broken, f"{path}:{line}", drawn, still, alive, changed, wrong, shaded(app)
 
 
 def test_a_broken_shader_is_told_by_line_and_the_last_good_one_stays(viewer):
@@ -663,6 +674,7 @@ def resized(app, hand, size):
     fresh(app)
     glfw.set_window_size(app.window._window, *size)
     until(app, lambda: tuple(app.window.size) == size)
+    shaded(app)
     return app.picture_rect, app.pictures["A"].full.size
 
 

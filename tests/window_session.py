@@ -9,7 +9,12 @@ import subprocess
 import time
 import traceback
 
+from imgui_bundle import imgui
+
 ALT, CONTROL, SHIFT = "Alt_L", "Control_L", "Shift_L"
+SECONDS = 300  # that a slow machine may take for what a test waits for
+_KEYS = {ALT: "left_alt", CONTROL: "left_ctrl", SHIFT: "left_shift", "Left": "left_arrow"}  # others are named alike
+_BUTTONS = {1: 0, 2: 2, 3: 1}  # of X, as ImGui counts them; 4 and 5 are the wheel
 
 
 class Display:
@@ -40,14 +45,14 @@ class Session:
 
     def do(self, function, *arguments):
         self._pipe.send((function, arguments))
-        assert self._pipe.poll(120), "the viewer does not answer"
+        assert self._pipe.poll(2 * SECONDS), "the viewer does not answer"
         is_value, answer = self._pipe.recv()
         assert is_value, answer
         return answer
 
     def close(self):
         self._pipe.send(None)
-        self._process.join(20)
+        self._process.join(SECONDS)
         return self._process.exitcode
 
 
@@ -77,9 +82,9 @@ def frames(app, count=4):
         app.frame()
 
 
-def until(app, condition, seconds=60):
-    """Frames until the condition holds."""
-    end = time.monotonic() + seconds
+def until(app, condition):
+    """Frames until the condition holds, and two more."""
+    end = time.monotonic() + SECONDS
     while not condition():
         assert time.monotonic() < end, "it never came to be"
         app.window.poll(0.01)
@@ -87,8 +92,16 @@ def until(app, condition, seconds=60):
     frames(app, 2)
 
 
+def shaded(app, side="A"):
+    """The shader's picture of the state as it is now, once it has all its pixels."""
+    frames(app, 1)
+    until(app, lambda: app.pictures[side].whole)
+    return app.pictures[side].read().copy()
+
+
 class Hand:
-    """Mouse and keyboard of the X server, through its extension XTEST."""
+    """Mouse and keyboard of the X server, through its extension XTEST. What it does has come to the window when its
+    methods return, however slow both are; but for the wheel, which leaves no trace there."""
 
     def __init__(self):
         self._x = ctypes.CDLL("libX11.so.6")
@@ -105,20 +118,23 @@ class Hand:
 
     def key(self, app, key, *modifiers):
         """Presses a key, by its X name, and lets it go."""
-        symbols = [self._x.XStringToKeysym(k.encode()) for k in (*modifiers, key)]
-        codes = [self._x.XKeysymToKeycode(self._display, symbol) for symbol in symbols]
-        for down, order in ((1, codes), (0, codes[::-1])):
-            for code in order:
-                self._send("XTestFakeKeyEvent", code, down)
-            frames(app)
+        names = (*modifiers, key)
+        for down, order in ((True, names), (False, names[::-1])):
+            for name in order:
+                symbol = self._x.XStringToKeysym(name.encode())
+                self._send("XTestFakeKeyEvent", self._x.XKeysymToKeycode(self._display, symbol), int(down))
+                known = getattr(imgui.Key, _KEYS.get(name, f"_{name}" if name.isdigit() else name.lower()))
+                until(app, lambda: imgui.is_key_down(known) == down)
 
     def move(self, app, x, y):
-        self._send("XTestFakeMotionEvent", -1, round(x), round(y))
-        frames(app, 2)
+        at = round(x), round(y)
+        self._send("XTestFakeMotionEvent", -1, *at)
+        until(app, lambda: tuple(imgui.get_io().mouse_pos) == at)
 
     def button(self, app, number, down):
         self._send("XTestFakeButtonEvent", number, int(down))
-        frames(app, 2)
+        if number in _BUTTONS:
+            until(app, lambda: imgui.get_io().mouse_down[_BUTTONS[number]] == down)
 
     def drag(self, app, start, end, button=1):
         self.move(app, *start)

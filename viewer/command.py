@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 import time
@@ -13,9 +12,9 @@ from ..lab.errors import InputError
 from . import objects
 from . import state as states
 
+FIRST_FRAMES = 5  # until what a frame has asked for is what the next one waits for
 SWITCH_SECONDS = 5e-4  # of Python's threads: a frame should not wait for those in the background
-MOST_FRAMES = 2000  # of a screenshot that waits for the reference
-NUMBERS_SECONDS = 30.0  # that it waits for the numbers of complete pictures
+MOST_SECONDS = {"direct": 600.0, "traced": 30.0}  # of a screenshot that waits: paths only get better and better
 
 
 def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int, int], screenshot: Path | None,
@@ -69,17 +68,13 @@ def draw(app, frames: int | None) -> None:
     """So many frames; or, where no number is given, until picture, reference and their numbers are complete."""
     from . import numbers_panel
 
-    complete = math.inf  # when the pictures were
-    for i in range(frames or MOST_FRAMES):
+    for _ in range(frames or FIRST_FRAMES):
         app.frame()
-        if frames is None:
-            if settled(app) and i > 3:
-                complete = min(complete, time.monotonic())
-                if numbers_panel.complete(app.services) and app.services.idle:
-                    return
-            if time.monotonic() > complete + NUMBERS_SECONDS:
-                return
-            time.sleep(0.005)  # the reference needs the processor
+    end = time.monotonic() + MOST_SECONDS[app.state.reference]
+    while frames is None and time.monotonic() < end and not (
+            settled(app) and numbers_panel.complete(app.services) and app.services.idle):
+        time.sleep(0.005)  # the reference needs the processor
+        app.frame()
 
 
 def settled(app) -> bool:

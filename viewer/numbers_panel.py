@@ -19,6 +19,7 @@ from .lobe_panel import once, wrapped
 from .plots import Shelf
 from .services import Pixel, Services
 from .state import Lobe, State
+from .truth import low_priority
 
 GOOD, BAD, UNKNOWN, DOUBTFUL = (0.25, 0.78, 0.45), (0.92, 0.33, 0.28), (0.45, 0.45, 0.45), (0.93, 0.72, 0.25)
 _TABLE = imgui.TableFlags_.sizing_stretch_same | imgui.TableFlags_.pad_outer_x
@@ -130,6 +131,7 @@ class Flip:
         return None
 
     def _run(self, key, shader: np.ndarray, reference: np.ndarray) -> None:
+        low_priority()
         began = time.monotonic()
         both = ((shader[..., 3] >= 1) & (reference[..., 3] >= 1))[..., None]
         packed = BytesIO()
