@@ -15,7 +15,8 @@ from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
-from lobe.viewer import camera, command, numbers_panel, picture, plots, scene_panel, state as states, truth, window
+from lobe.viewer import camera, command, numbers_panel, objects, picture, plots, scene_panel, truth, window
+from lobe.viewer import state as states
 from lobe.viewer.state import MODES
 
 SIZE = (800, 560)
@@ -180,6 +181,41 @@ def traced_picture(app, hand, changes):
     return job.image.copy()
 
 
+def behind(app, hand, sky, rotation):
+    """A sphere before a sky in modes shader and reference, without the sky, and as the reference's paths see it."""
+    from lobe import reference
+
+    fresh(app)
+    app.state.__dict__.update(object="sphere", lights=[], fov=70.0, exposure=-0.5, mode="shader", eye=(1.0, 2.5, 3.0),
+                              environment=states.Environment(sky, rotation, (1.0, 0.5, 2.0)))
+    app._framed = "sphere"
+    alpha = shaded(app)[..., 3]
+    until(app, lambda: app.services.job.done and app.reference.settled)
+    shown = [app.display.read()]
+    hand.key(app, "2")
+    shown.append(app.display.read())
+    hand.key(app, "e")
+    shown.append(app.display.read())
+    traced = reference.Render(objects.traced_scene(app.state), objects.camera(app.state), *app.size, depth=1)
+    traced.advance(4)
+    return alpha, shown, traced.beauty()
+
+
+@pytest.mark.parametrize("rotation", [0.0, 72.0, 144.0, 216.0, 288.0])
+def test_the_environment_is_seen_where_the_traced_one_is(viewer, tmp_path, rotation):
+    """The pictures hold all of the horizon, and so where the file's edges meet."""
+    u, v = np.meshgrid((np.arange(1024) + 0.5) / 1024, (np.arange(512) + 0.5) / 512)
+    axes = np.sin(np.pi * v) * np.cos(2 * np.pi * u), np.cos(np.pi * v), np.sin(np.pi * v) * np.sin(2 * np.pi * u)
+    files.write_exr(tmp_path / "sky.exr", {"RGB": (0.5 + 0.4 * np.stack(axes, -1)).astype(np.float32)})
+    alpha, (shader, other, bare), traced = viewer.do(behind, tmp_path / "sky.exr", rotation)
+    covered = np.pad(alpha > 0, 1)
+    outside = ~(covered[:-2, 1:-1] | covered[2:, 1:-1] | covered[1:-1, :-2] | covered[1:-1, 2:] | covered[1:-1, 1:-1])
+    assert 0.3 < outside.mean() < 0.95
+    assert np.abs(shader[outside] - as_shown(traced, -0.5)[outside]).max() <= 2
+    assert (shader[outside] == other[outside]).all(), "nothing differs there"
+    assert len(np.unique(bare[outside], axis=0)) == 1
+
+
 def traced_progress(app, hand):
     fresh(app)
     app.state.reference = "traced"
@@ -223,8 +259,9 @@ def priorities(app, hand):
     before, busy = used(), []
 
     def found():
-        now = {task: (name, nice, ticks - before.get(task, (0, 0, 0))[2]) for task, (name, nice, ticks) in used().items()}
-        busy[:] = [seen for task, seen in now.items() if seen[2] > 1 and int(task) != os.getpid()
+        new = {task: (name, nice, ticks - before.get(task, (0, 0, 0))[2])
+               for task, (name, nice, ticks) in used().items()}
+        busy[:] = [seen for task, seen in new.items() if seen[2] > 1 and int(task) != os.getpid()
                    and "llvmpipe" not in seen[0]]
         return busy and app.services.job.samples >= 4
 
@@ -263,6 +300,26 @@ def test_a_slow_picture_is_small_while_it_moves_and_whole_soon_after(viewer):
     assert after == size
     (_, complete), _, at_once = fast
     assert complete and np.array_equal(image, at_once), "the same picture in strips"
+
+
+def saved_at_once(app, hand, path):
+    """An OpenEXR that is saved while the picture has only its first rows, and the whole picture."""
+    fresh(app)
+    budget = picture.BUDGET
+    try:
+        picture.BUDGET = 1e-6
+        camera.orbit(app.state, 0.1, 0.0)
+        frames(app, 1)
+        begun = not app.pictures["A"].whole
+        app.save_exr(path)
+    finally:
+        picture.BUDGET = budget
+    return begun, shaded(app)
+
+
+def test_a_file_has_all_of_the_picture(viewer, tmp_path):
+    begun, image = viewer.do(saved_at_once, tmp_path / "p.exr")
+    assert begun and np.array_equal(files.read_exr(tmp_path / "p.exr")["shader"], image[..., :3])
 
 
 # Modes, keys, mouse.
@@ -569,6 +626,7 @@ def save_all(app, hand, folder, against):
     app.state.sides["A"] = [states.default_lobe("lobe_Lambert"), states.default_lobe("lobe_GGX")]
     app.state.environment = states.Environment(states.probes()["studio"], 30.0)
     camera.orbit(app.state, 0.3, 0.1)
+    app.state.backdrop = False
     app.state.mode, app.state.divider = "difference", 0.25
     pins = [[states.default_lobe("lobe_Phong")]]
     app.state.plots = states.Plots("angle", False, False, (10.0, 45.0), 90.0, "red", True, pins)

@@ -516,15 +516,21 @@ class App:
 
     def save_exr(self, path: Path) -> None:
         """Linear, the layers shader, and reference or B and the difference where these are complete."""
-        left = self.pictures["A"].read()
+        left = self._whole("A")
         layers = {"RGB": left[..., :3], "shader": left[..., :3], "coverage": (left[..., 3] > 0).astype(np.float32)}
         if self.state.against == "B":
-            layers["B"] = self.pictures["B"].read()[..., :3]
+            layers["B"] = self._whole("B")[..., :3]
             layers["difference"] = left[..., :3] - layers["B"]
         elif self.services.job and self.services.job.version:
             layers["reference"] = self.services.job.image[..., :3].copy()
             layers["difference"] = left[..., :3] - layers["reference"]
         files.write_exr(path, layers)
+
+    def _whole(self, side: str) -> np.ndarray:
+        """The shader's picture, however long it takes."""
+        while not self.pictures[side].whole:
+            self.pictures[side].update(self.state, self.state.sides[side], self.size)
+        return self.pictures[side].read()
 
     def screenshot(self) -> np.ndarray:
         """The window's colours [h, w, 3] uint8, row 0 on top."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..lab import pictures
-from .state import MODES, TONES, State
+from . import camera, objects
+from .state import TONES, State
 from .truth import Job
 
 _VERTEX = """#version 330
@@ -16,21 +19,25 @@ void main() {
     gl_Position = vec4(2.0 * corner - 1.0, 0.0, 1.0);
 }
 """
-_FRAGMENT = """#version 330
-uniform sampler2D lobe_left;
-uniform sampler2D lobe_right;
-uniform bool lobe_right_flipped;  // row 0 on top
-uniform int lobe_mode;
-uniform float lobe_divider;
-uniform float lobe_gain;
-uniform int lobe_tone;
-uniform float lobe_scale;
+_COMMON = """
 uniform vec3 lobe_background;
-uniform vec3 lobe_negative;
-uniform vec3 lobe_zero;
-uniform vec3 lobe_positive;
 in vec2 lobe_uv;
 out vec4 lobe_out;
+
+vec4 at(sampler2D picture, bool flipped) {  // row 0 on top
+    return texture(picture, flipped ? vec2(lobe_uv.x, 1.0 - lobe_uv.y) : lobe_uv);
+}
+
+bool finite(vec3 x) { return !(any(isnan(x)) || any(isinf(x))); }
+"""
+_PICTURE = """
+uniform sampler2D lobe_picture;
+uniform bool lobe_flipped;
+uniform float lobe_gain;
+uniform int lobe_tone;
+uniform sampler2D lobe_sky;
+uniform mat3 lobe_towards;  // from the picture, -1 to 1, to the probe
+uniform vec3 lobe_sky_scale;
 
 vec3 curve(vec3 x) {
     x = max(x, vec3(0.0));
@@ -45,12 +52,27 @@ vec3 curve(vec3 x) {
     return mix(12.92 * x, 1.055 * pow(max(x, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
 }
 
-bool finite(vec3 x) { return !(any(isnan(x)) || any(isinf(x))); }
-
-vec3 shown(vec4 c) {
-    if (c.a == 0.0 || c.a == 0.5) return lobe_background;
-    return finite(c.rgb) ? curve(c.rgb * lobe_gain) : vec3(1.0, 0.0, 1.0);
+void main() {
+    vec4 c = at(lobe_picture, lobe_flipped);
+    bool behind = c.a == 0.0 || c.a == 0.5;
+#ifdef LOBE_SKY
+    vec3 d = normalize(lobe_towards * vec3(2.0 * lobe_uv - 1.0, 1.0));  // as in lab/probes.py
+    vec2 there = vec2(0.5 + 0.15915494 * atan(d.x, -d.z), 0.31830989 * acos(d.y));
+    c.rgb = behind ? texture(lobe_sky, there).rgb * lobe_sky_scale : c.rgb;
+    behind = false;
+#endif
+    vec3 color = finite(c.rgb) ? curve(c.rgb * lobe_gain) : vec3(1.0, 0.0, 1.0);
+    lobe_out = vec4(behind ? lobe_background : color, 1.0);
 }
+"""
+_DIFFERENCE = """
+uniform sampler2D lobe_left;
+uniform sampler2D lobe_right;
+uniform bool lobe_right_flipped;
+uniform float lobe_scale;
+uniform vec3 lobe_negative;
+uniform vec3 lobe_zero;
+uniform vec3 lobe_positive;
 
 vec3 difference(vec4 a, vec4 b) {
     if (a.a < 1.0 && b.a < 1.0 && b.a != 0.25) return lobe_background;
@@ -62,15 +84,9 @@ vec3 difference(vec4 a, vec4 b) {
     return mix(lobe_zero, x < 0.0 ? lobe_negative : lobe_positive, abs(x));
 }
 
-void main() {
-    vec4 a = texture(lobe_left, lobe_uv);
-    vec4 b = texture(lobe_right, lobe_right_flipped ? vec2(lobe_uv.x, 1.0 - lobe_uv.y) : lobe_uv);
-    vec3 color = lobe_mode == 0 ? shown(a) : lobe_mode == 1 ? shown(b)
-               : lobe_mode == 2 ? shown(lobe_uv.x < lobe_divider ? a : b) : difference(a, b);
-    lobe_out = vec4(color, 1.0);
-}
+void main() { lobe_out = vec4(difference(at(lobe_left, false), at(lobe_right, lobe_right_flipped)), 1.0); }
 """
-_COPY = """#version 330
+_COPY = """
 uniform sampler2D lobe_texture;
 in vec2 lobe_uv;
 out vec4 lobe_out;
@@ -83,14 +99,16 @@ class Display:
     """`texture` is what the window shows, 8 bits a channel."""
 
     def __init__(self, device):
-        self._device = device
-        self._program = device.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
-        self._array = device.vertex_array(self._program, [])
-        self._copy = device.vertex_array(device.program(vertex_shader=_VERTEX, fragment_shader=_COPY), [])
+        self._device, self._sky = device, Sky(device)
+        # A program for each, since software computes all that a program might show.
+        self._plain, self._before_sky, self._difference, self._copy = (
+            device.vertex_array(device.program(vertex_shader=_VERTEX, fragment_shader=f"#version 330\n{text}"), [])
+            for text in (_COMMON + _PICTURE, f"#define LOBE_SKY\n{_COMMON}{_PICTURE}", _COMMON + _DIFFERENCE, _COPY))
+        for array in (self._plain, self._difference):
+            array.program["lobe_background"].value = BACKGROUND
         for name, color in (("negative", pictures.NEGATIVE), ("zero", pictures.ZERO), ("positive", pictures.POSITIVE)):
-            self._program[f"lobe_{name}"].value = tuple(c / 255 for c in color)
-        self._program["lobe_background"].value = BACKGROUND
-        self._program["lobe_right"].value = 1
+            self._difference.program[f"lobe_{name}"].value = tuple(c / 255 for c in color)
+        self._difference.program["lobe_right"].value = 1
         self.texture = self._frame = None
         self._key = None
 
@@ -111,26 +129,40 @@ class Display:
     def draw(self, state: State, left, right, flipped: bool, versions, second: bool) -> None:
         """Draws once for each change. `versions` tells the pictures' contents apart; `second` is what mode flicker
         shows now."""
-        mode = MODES.index(state.mode)
-        if state.mode == "flicker":
-            mode = int(second)
-        key = (mode, state.divider, state.exposure, state.tone, state.scale, left.glo, right.glo, flipped, versions)
+        width, height = self.texture.size
+        parted = {"shader": width, "reference": 0, "flicker": 0 if second else width}.get(
+            state.mode, math.ceil(state.divider * width - 0.5))  # the first column of the right picture
+        sky = state.environment if state.backdrop else None
+        key = (state.mode, parted, state.exposure, state.tone, state.scale, left.glo, right.glo, flipped, versions,
+               repr(sky), sky and (state.eye, state.target, state.fov))
         if key == self._key:
             return
         self._key = key
-        program = self._program
-        program["lobe_mode"].value = mode
-        program["lobe_divider"].value = state.divider
-        program["lobe_gain"].value = 2.0**state.exposure
-        program["lobe_tone"].value = TONES.index(state.tone)
+        self._frame.use()
+        self._device.viewport = 0, 0, width, height
+        self._device.enable_only(self._device.NOTHING)
+        if state.mode == "difference":
+            return self._draw_difference(state, left, right, flipped)
+        array = self._before_sky if sky else self._plain
+        if sky:
+            self._sky.use(1, array.program, state, width / height)
+        array.program["lobe_gain"].value = 2.0**state.exposure
+        array.program["lobe_tone"].value = TONES.index(state.tone)
+        for picture, is_flipped, first, last in ((left, False, 0, parted), (right, flipped, parted, width)):
+            if first < last:
+                picture.use(0)
+                array.program["lobe_flipped"].value = is_flipped
+                self._frame.scissor = first, 0, last - first, height
+                array.render(self._device.TRIANGLES, vertices=3)
+        self._frame.scissor = None
+
+    def _draw_difference(self, state: State, left, right, flipped: bool) -> None:
+        program = self._difference.program
         program["lobe_scale"].value = state.scale
         program["lobe_right_flipped"].value = flipped
         left.use(0)
         right.use(1)
-        self._frame.use()
-        self._device.viewport = (0, 0, *self.texture.size)
-        self._device.enable_only(self._device.NOTHING)
-        self._array.render(self._device.TRIANGLES, vertices=3)
+        self._difference.render(self._device.TRIANGLES, vertices=3)
 
     def present(self) -> None:
         """Draws the texture into the viewport of the framebuffer that is in use."""
@@ -142,6 +174,36 @@ class Display:
         """Colours [h, w, 3] uint8, row 0 on top."""
         width, height = self.texture.size
         return np.frombuffer(self.texture.read(), np.uint8).reshape(height, width, 4)[::-1, :, :3].copy()
+
+
+class Sky:
+    """The environment as what is behind the object, in the halves of float32 that software samples fastest."""
+
+    def __init__(self, device):
+        self._device, self._texture, self._pixels = device, None, None
+
+    def use(self, unit: int, program, state: State, aspect: float) -> None:
+        pixels = objects.environment_pixels(state.environment.file)
+        if pixels is not self._pixels:
+            self._upload(pixels)
+        self._texture.use(unit)
+        program["lobe_sky"].value = unit
+        program["lobe_sky_scale"].value = state.environment.scale
+        tangent = np.tan(np.radians(state.fov) / 2)
+        right, up, back = camera.basis(state)
+        towards = np.stack([right * tangent * aspect, up * tangent, -back])  # columns, as OpenGL has them
+        program["lobe_towards"].write((towards @ objects.turn(state.environment)).astype("f4").tobytes())
+
+    def _upload(self, pixels: np.ndarray) -> None:
+        step = -(-max(pixels.shape) // self._device.info["GL_MAX_TEXTURE_SIZE"])
+        halves = np.minimum(pixels[::step, ::step], np.finfo(np.float16).max).astype(np.float16)
+        if self._texture:
+            self._texture.release()
+        height, width, _ = halves.shape
+        self._texture = self._device.texture((width, height), 3, halves.tobytes(), alignment=2, dtype="f2")
+        self._texture.filter = self._device.LINEAR, self._device.LINEAR
+        self._texture.repeat_y = False
+        self._pixels = pixels
 
 
 class JobTexture:

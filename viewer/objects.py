@@ -79,9 +79,14 @@ def rays(state: State) -> Rays:
 def environment_lights(environment: Environment) -> tuple[np.ndarray, np.ndarray]:
     """Directions towards a probe's light, turned as it is, and the irradiance facing each."""
     towards, irradiance = _environment_lights(environment.file, _stamp(environment.file))
+    return towards @ turn(environment).T, irradiance * environment.scale
+
+
+def turn(environment: Environment) -> np.ndarray:
+    """The matrix that turns directions of the probe into those of the scene."""
     angle = np.radians(environment.rotation)
     c, s = np.cos(angle), np.sin(angle)
-    return towards @ np.array([(c, 0, s), (0, 1, 0), (-s, 0, c)]).T, irradiance * environment.scale
+    return np.array([(c, 0, s), (0, 1, 0), (-s, 0, c)])
 
 
 @lru_cache(maxsize=2)

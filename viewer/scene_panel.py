@@ -125,6 +125,8 @@ def _environment(state: State) -> None:
     changed, value = imgui.slider_float("scale", strength, 0.01, 100.0, "%.3g", imgui.SliderFlags_.logarithmic)
     if changed:
         environment.scale = tuple(value * s / strength for s in environment.scale) if strength > 0 else (value,) * 3
+    state.backdrop = imgui.checkbox("behind the object", state.backdrop)[1]
+    imgui.set_item_tooltip("Draw it, too (key E). Neither the object's light nor any number depends on it")
     if imgui.small_button("remove##environment") and state.lights:
         state.environment = None
 

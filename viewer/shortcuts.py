@@ -23,6 +23,7 @@ HELP = (
         ("B", "hold A against its reference, or against lobe B"),
         ("R", "reference: direct light at pixel centres, or traced paths"),
         ("T", "next tone curve"),
+        ("E", "the environment behind the object, or none"),
     )),
     ("Camera and light", (
         ("drag, Shift+arrows", "turn the camera"),
@@ -162,6 +163,7 @@ _ACTIONS = {
     Key.n: lambda app: choose(app.state, 1),
     Key.p: lambda app: choose(app.state, -1),
     Key.o: _next_object,
+    Key.e: _cycle("backdrop", (True, False)),
     Key.k: lambda app: setattr(app.state.plots, "kind", _next(tuple(plots.KINDS), app.state.plots.kind)),
     Key._0: lambda app: setattr(app.services, "reframe", True),
 }

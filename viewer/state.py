@@ -103,6 +103,7 @@ class State:
     exposure: float = 0.0  # stops
     tone: str = "sRGB"
     scale: float = 1e-6  # the difference that has full colour
+    backdrop: bool = True  # whether the environment is seen behind the object
     plots: Plots = field(default_factory=Plots)
 
     @property
@@ -161,6 +162,7 @@ _VIEW = (
     Key("reference", Choice(REFERENCES), "what the reference renders", "direct"),
     Key("tone", Choice(TONES), "tone curve of the display", "sRGB"),
     Key("scale", Number(1e-12, 1e6), "the difference that has full colour", 1e-6),
+    Key("backdrop", Flag(), "whether the environment is seen behind the object", True),
     Key("plot", Choice(PLOTS), "what is plotted", "lobe"),
     Key("logarithmic", Flag(), "whether the plot is logarithmic", True),
     Key("curves", Flag(), "whether the reference is plotted", True),
@@ -170,7 +172,7 @@ _VIEW = (
     Key("both", Flag(), "whether the side that is not edited is plotted, too", False),
     Key("pins", List(Text()), "materials whose curves stay", []),
 )
-_SHOWN = ("side", "against", "mode", "divider", "reference", "tone", "scale")  # keys that State has by the same name
+_SHOWN = ("side", "against", "mode", "divider", "reference", "tone", "scale", "backdrop")  # keys that State has by the same name
 
 
 def load(path: Path) -> tuple[State, list[str]]:
