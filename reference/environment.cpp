@@ -68,12 +68,19 @@ Environment::Choice::Choice(std::vector<double> weights, int count, std::vector<
             guide_.push_back(static_cast<std::uint32_t>(p - begin));
         }
     }
+    up_to_.resize(up_to_.size() + FEW);  // read beyond the last row, and ignored
 }
 
 int Environment::Choice::draw(int row, double& u) const {
     const double* const up_to = up_to_.data() + std::size_t(row) * count_;
     const std::uint32_t* const guide = guide_.data() + std::size_t(row) * (steps_ + 1) + static_cast<int>(u * steps_);
-    const int chosen = static_cast<int>(std::upper_bound(up_to + guide[0], up_to + guide[1], u) - up_to);
+    const double* const first = up_to + guide[0];
+    const std::uint32_t reach = guide[1] - guide[0];
+    int chosen = static_cast<int>(guide[0]);
+    if (reach <= FEW)  // without a branch, so that the processor goes on to the next draw while memory answers
+        for (std::uint32_t k = 0; k < FEW; ++k) chosen += (k < reach) & (first[k] <= u);
+    else
+        chosen = static_cast<int>(std::upper_bound(first, first + reach, u) - up_to);
     const double before = chosen > 0 ? up_to[chosen - 1] : 0;
     u = std::clamp((u - before) / (up_to[chosen] - before), 0.0, 1 - 0x1p-53);
     return chosen;
@@ -83,7 +90,7 @@ double Environment::angle(int y) const { return std::clamp(y + 0.5, 0.0, double(
 
 Vec3 Environment::at(int x, int y) const {
     const int row = std::clamp(y, 0, height_ - 1), column = x < 0 ? x + width_ : x >= width_ ? x - width_ : x;
-    const float* p = pixels_.data() + 3 * (std::size_t(row) * width_ + column);
+    const float* p = pixel(column, row);
     return {p[0], p[1], p[2]};
 }
 
@@ -109,13 +116,20 @@ std::pair<Vec3, double> Environment::seen(const Vec3& L) const {
     return {radiance, density(p, radiance)};
 }
 
-// Four centres by the light between them, and there a place by its luminance, which is bilinear.
-LightSample Environment::sample(const Vec3&, Vec2 u) const {
+// Four centres by the light between them.
+Environment::Cell Environment::cell(Vec2 u) const {
     const int row = rows_->draw(0, u.y), x = columns_->draw(row, u.x) - 1, y = row - 1;
+    for (const int line : {y, y + 1}) __builtin_prefetch(pixel(std::max(x, 0), std::clamp(line, 0, height_ - 1)));
+    return {x, y, u};
+}
+
+// There a place by its luminance, which is bilinear.
+LightSample Environment::sample(const Cell& cell) const {
+    const int x = cell.x, y = cell.y;
     const Vec3 a = at(x, y), b = at(x + 1, y), c = at(x, y + 1), d = at(x + 1, y + 1);
-    const double v = between(luminance(a + b), luminance(c + d), u.y);
+    const double v = between(luminance(a + b), luminance(c + d), cell.u.y);
     const Vec3 left = a * (1 - v) + c * v, right = b * (1 - v) + d * v;
-    const double t = between(luminance(left), luminance(right), u.x);
+    const double t = between(luminance(left), luminance(right), cell.u.x);
     const Vec3 radiance = left * (1 - t) + right * t;
     const double theta = angle(y) * (1 - v) + angle(y + 1) * v;
     const Vec2 polar = on_circle(theta / (2 * PI)), around = on_circle((x + 0.5 + t) / width_ + 1);  // from +z on
