@@ -395,8 +395,25 @@ def test_a_logarithmic_plot_has_the_decades_of_its_curves(low, decades):
     assert plots.decades_of([np.array([0.0, low, 0.5]), np.array([1.0, np.nan])]) == pytest.approx(decades)
 
 
+@pytest.mark.parametrize("low, high", [(0.1, 0.2), (1e-3, 50.0), (0.31, 3.1)])
+def test_curves_fill_a_logarithmic_axis(low, high):
+    """But for margins of a twentieth above and below, and with a tick or more."""
+    bottom, top = plots.logarithmic_limits([np.array([0.0, high]), np.array([low, np.nan])])
+    share = max(np.log10(high / max(low, 1e-4 * high)), plots.FEWEST / 1.1)
+    assert np.log10(top / high) == pytest.approx(0.05 * share)
+    assert np.log10(top / bottom) == pytest.approx(1.1 * share)
+    assert plots.logarithmic_ticks(bottom, top)
+
+
+def test_a_curve_that_is_flat_lies_in_the_middle_of_its_axis():
+    bottom, top = plots.logarithmic_limits([np.full(9, 0.3)])
+    assert bottom * top == pytest.approx(0.3**2) and bottom < 0.25 and top > 0.35
+    assert plots.logarithmic_limits([]) == plots.logarithmic_limits([np.zeros(3)])
+
+
 def test_ticks_of_a_logarithmic_plot():
     assert plots.logarithmic_ticks(0.02, 0.3) == pytest.approx([0.02, 0.05, 0.1, 0.2])
+    assert plots.logarithmic_ticks(0.09, 0.21) == pytest.approx([0.1, 0.15, 0.2])
     assert plots.logarithmic_ticks(0.005, 90.0) == pytest.approx([0.01, 0.1, 1, 10])
 
 

@@ -21,8 +21,8 @@ SIZE, LATER, SECONDS = (1280, 720), 40, 120
 
 def split():
     """Gold between shader and reference, a pixel pointed at."""
-    studio = Environment(states.probes()["studio"], 150.0)
-    return replace(states.initial(), environment=studio, exposure=-1.6), (0.32, 0.55)
+    lobby = Environment(states.probes()["lobby"], 150.0)
+    return replace(states.initial(), object="suzanne", environment=lobby, exposure=-1.0), (0.32, 0.55)
 
 
 def difference():

@@ -18,7 +18,9 @@ from .services import Services
 from .state import CHANNELS, MOST_INCIDENCES, Lobe, Plots, State
 
 KINDS = {"lobe": "Polar", "angle": "Over angle", "solid": "3D", "F": "F", "D": "D", "G": "G", "albedo": "Albedo"}
-DECADES = 1.0, 4.0  # of a logarithmic plot below its largest value: least, most
+DECADES = 1.0, 4.0  # of a logarithmic radius below its largest value: least, most
+FEWEST = 0.3  # decades of a logarithmic axis, if its curves have less
+MARGIN = 0.05  # of what a plot's curves have, free above and below them
 MOST_PINS = 4
 ALBEDO_ANGLES = np.radians([0.1, 10, 20, 30, 40, 50, 55, 60, 65, 70, 74, 77, 80, 82, 84, 86, 87, 88, 89, 89.5])
 REST_SECONDS = 0.2  # after the last change, before what takes long begins
@@ -426,9 +428,19 @@ def decades_of(curves_shown: list[np.ndarray]) -> float:
     return float(np.clip(np.log10(y.max() / y.min()), *DECADES)) if len(y) else DECADES[0]
 
 
+def logarithmic_limits(curves_shown: list[np.ndarray]) -> tuple[float, float]:
+    """Of an axis that curves fill from bottom to top, DECADES[1] below the largest value at most."""
+    y = np.concatenate([*curves_shown, np.empty(0)])
+    y = y[np.isfinite(y) & (y > 0)]
+    high = np.log10(y.max()) if len(y) else 0.0
+    low = max(np.log10(y.min()), high - DECADES[1]) if len(y) else 0.0
+    middle, half = (high + low) / 2, max((0.5 + MARGIN) * (high - low), FEWEST / 2)
+    return float(10 ** (middle - half)), float(10 ** (middle + half))
+
+
 def logarithmic_ticks(low: float, high: float) -> list[float]:
-    """The powers of ten of a range and, where these are few, twice and five times these."""
-    steps = (1, 2, 5) if high / low < 200 else (1,)
+    """The powers of ten of a range and, where these are few, multiples between them."""
+    steps = (1, 1.5, 2, 3, 4, 5, 7) if high / low < 5 else (1, 2, 5) if high / low < 200 else (1,)
     powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
     return [float(p * s) for p in powers for s in steps if low <= p * s <= high]
 
@@ -536,9 +548,8 @@ def _angles(title: str, series: list[Series], size: imgui.ImVec2, x_label: str, 
             corner: implot.Location_ | None = implot.Location_.north_west) -> None:
     """Values over an angle in degrees; a legend in the corner that is given."""
     largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0) or 1.0
-    decades = decades_of([s.y for s in series])
-    low, high = y_limits or ((largest * 10.0 ** (-1.05 * decades), largest * 10.0 ** (0.05 * decades)) if logarithmic
-                             else (0.0, 1.05 * largest))
+    low, high = y_limits or (logarithmic_limits([s.y for s in series]) if logarithmic
+                             else (0.0, (1 + MARGIN) * largest))
     if not implot.begin_plot(title, size, _PLOT | (0 if corner is not None else implot.Flags_.no_legend)):
         return
     implot.setup_axes(x_label, y_label, _LOCKED, _LOCKED)
