@@ -98,14 +98,13 @@ vec3 lobe_AshikhminShirley(vec3 N, vec3 T, vec3 V, vec3 L, vec3 rd, vec3 rs, flo
 // param  nu  float  0..1e5  100.0   exponent along T
 // param  nv  float  0..1e5  1000.0  exponent along B = N x T
 // param  u   vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   16, exp and log
 // source  Ashikhmin, Shirley 2000, eq. 9, 10, in all four quadrants at once
 // Why this form: cos(theta) alone knows nothing of a narrow highlight; lobe_sample_Phong has its sine. Seen along N, its
 // azimuth 0 lies at -T.
 vec3 lobe_sample_AshikhminShirley(vec3 N, vec3 T, float nu, float nv, vec2 u) {
     vec2 n = clamp(vec2(nu, nv), 0.0, LOBE_EXPONENT_MAX);
-    float psi = 6.28318531 * clamp(u.x, 0.0, 1.0);
-    vec2 a = sqrt(n.yx + 1.0) * vec2(cos(psi), sin(psi));
+    vec2 a = sqrt(n.yx + 1.0) * lobe_circle(u.x);
     a /= max(length(a), LOBE_SMALLEST_DIVISOR);
     return lobe_sample_Phong(N, -a.x * T - a.y * cross(N, T), N, dot(n, a * a), vec2(0.0, u.y));
 }

@@ -163,15 +163,11 @@ vec3 lobe_CookTorrance(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 //   H = normalize(alpha sqrt(-ln(1 - u.y)) (cos(phi) T + sin(phi) B) + N),   phi = 2 pi u.x
 // param  alpha  float  1e-4..4  0.25  microfacet width
 // param  u      vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   8
 // source  Walter et al. 2007, eq. 28
-// Why this form: ln(1 - u) is -2 artanh(u / (2 - u)), which keeps its digits at small u.
 vec3 lobe_sample_Beckmann(vec3 N, vec3 T, float alpha, vec2 u) {
-    vec2 r = clamp(u, 0.0, 0.9999999);
-    float z = r.y / (2.0 - r.y), z2 = z * z, phi = 6.28318531 * r.x;
-    float series = z * (2.0 + z2 * (0.666666667 + z2 * (0.4 + z2 * 0.285714286)));
-    float slope = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX) * sqrt(r.y < 0.25 ? series : -log(1.0 - r.y));
-    vec3 H = slope * (cos(phi) * T + sin(phi) * cross(N, T)) + N;
+    vec2 slope = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX) * sqrt(lobe_exponential(u.y)) * lobe_circle(u.x);
+    vec3 H = slope.x * T + slope.y * cross(N, T) + N;
     return H / max(length(H), LOBE_SMALLEST_DIVISOR);
 }
 

@@ -157,20 +157,16 @@ vec3 lobe_BlinnPhong(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {
 //   l = sin(t) (cos(phi) T + sin(phi) B) + cos(t) N,   cos(t) = (1 - u.y)^(1 / (exponent + 1)), phi = 2 pi u.x
 // param  exponent  float  1..1e6  50.0  exponent of the cosine about the mirror direction
 // param  u         vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   16, exp and log
 // source  Lafortune, Willems 1994
-// Why this form: with y = -ln(1 - u.y) / (exponent + 1) it is cos(t) = exp(-y) and sin(t)^2 = 1 - exp(-2 y), each from its
-// series where y is small, since neither ln(1 - u) nor 1 - cos(t)^2 has digits there. With M = N + R, L = 2 M.l / |M|^2 M - l
-// has N.L = R.l.
+// Why this form: with y = -ln(1 - u.y) / (exponent + 1) it is cos(t) = exp(-y) and sin(t)^2 = 1 - exp(-2 y), from its series
+// where y is small, since 1 - cos(t)^2 has no digits there. With M = N + R, L = 2 M.l / |M|^2 M - l has N.L = R.l.
 vec3 lobe_sample_Phong(vec3 N, vec3 T, vec3 V, float exponent, vec2 u) {
-    vec2 r = clamp(u, 0.0, 0.9999999);
-    float z = r.y / (2.0 - r.y), z2 = z * z, phi = 6.28318531 * r.x;
-    float series = z * (2.0 + z2 * (0.666666667 + z2 * (0.4 + z2 * 0.285714286)));
-    float y = (r.y < 0.25 ? series : -log(1.0 - r.y)) / (clamp(exponent, 0.0, LOBE_EXPONENT_MAX) + 1.0), x = 2.0 * y;
+    float y = lobe_exponential(u.y) / (clamp(exponent, 0.0, LOBE_EXPONENT_MAX) + 1.0), x = 2.0 * y;
     float c = exp(-y);
     float s2 = x < 0.25 ? x * (1.0 - x * (0.5 - x * (0.166666667 - x * (0.0416666667 - x * (0.00833333333
                - x * 0.00138888889))))) : (1.0 - c) * (1.0 + c);
-    vec2 l = sqrt(s2) * vec2(cos(phi), sin(phi));
+    vec2 l = sqrt(s2) * lobe_circle(u.x);
     vec3 B = cross(N, T), X = cross(N, V);
     float NdotV = dot(N, V), side = dot(T, X) * l.y - dot(B, X) * l.x;
     float k = c + side / max(1.0 + NdotV, LOBE_SMALLEST_DIVISOR);
@@ -197,7 +193,7 @@ float lobe_pdf_Phong(vec3 N, vec3 V, vec3 L, float exponent) {
 //   H = sin(t) (cos(phi) T + sin(phi) B) + cos(t) N,   cos(t) = (1 - u.y)^(1 / (exponent + 2)), phi = 2 pi u.x
 // param  exponent  float  1..1e6  50.0  exponent of the cosine between N and H
 // param  u         vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   16, exp and log
 // source  Walter et al. 2007, eq. 31
 // Why this form: it is Phong's lobe of one more exponent, seen along N, whose azimuth 0 lies at -T.
 vec3 lobe_sample_BlinnPhong(vec3 N, vec3 T, float exponent, vec2 u) {

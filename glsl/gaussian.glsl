@@ -19,14 +19,9 @@
 // units       16, exp, and a fit stands for atan
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Take the vector form where alpha is small, as in lobe_D_GGX.
-// Why this form: the driver's acos is too coarse. tan(d / 2) = sin d / (1 + cos d) needs one polynomial for all angles,
-// within 3e-9 (lab/fits.py).
 float lobe_D_Gaussian(float NdotH, float alpha) {
     float c = clamp(NdotH, 0.0, 1.0);
-    float w2 = (1.0 - c) / (1.0 + c);
-    float d = sqrt(w2) * (2.0 + w2 * (-0.666665673 + w2 * (0.399965321 + w2 * (-0.285238661 + w2 * (0.21884061
-              + w2 * (-0.167546299 + w2 * (0.115104186 + w2 * (-0.061609176 + w2 * (0.021453878
-              - w2 * 0.003507858)))))))));
+    float d = lobe_angle(sqrt((1.0 - c) / (1.0 + c)));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     return c * exp(-x * x);
 }
@@ -42,12 +37,25 @@ float lobe_D_Gaussian(vec3 N, vec3 H, float alpha) {
     vec3 X = cross(N, H);
     float NH = max(dot(N, H), 0.0), sine = length(X);
     float hypotenuse = max(length(vec2(sine, NH)), LOBE_SMALLEST_DIVISOR);
-    float w = sine / (hypotenuse + NH), w2 = w * w;
-    float d = w * (2.0 + w2 * (-0.666665673 + w2 * (0.399965321 + w2 * (-0.285238661 + w2 * (0.21884061
-              + w2 * (-0.167546299 + w2 * (0.115104186 + w2 * (-0.061609176 + w2 * (0.021453878
-              - w2 * 0.003507858)))))))));
+    float d = lobe_angle(sine / (hypotenuse + NH));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     return NH / hypotenuse * exp(-x * x);
+}
+
+// Peak of the normalised Gaussian of the facets' tilt: lobe_D_Gaussian_normalized at H = N, the inverse of its integral.
+//   1 / n,   n = pi times the integral of exp(-(d / alpha)^2) sin(2 d) over d in 0..pi/2     [1/sr]
+// param  alpha  float  1e-4..4  0.25  angle at which the Gaussian has fallen to 1/e [rad]
+// units   16, a fit
+// source  Torrance, Sparrow 1967; Blinn 1977
+// Why this form: n / (pi alpha^2) is smooth, and 7e-8 off at most in a rational fit of alpha^2 (lab/fits.py). The closed
+// form in Dawson's function, pi alpha Dawson(alpha), counts angles past the horizon: 1.8 % off at alpha = 1.
+float lobe_peak_Gaussian(float alpha) {
+    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), x = a * a;
+    float p = 0.999999934 + x * (4.199668102 + x * (16.132323145 + x * (41.886900686 + x * (72.397065024
+              + x * 75.669204962))));
+    float q = 1.0 + x * (4.866305777 + x * (19.111869592 + x * (53.355054272 + x * (103.860143799 + x * (127.913945995
+              + x * 75.669272234)))));
+    return LOBE_INV_PI * q / (x * p);
 }
 
 // Gaussian distribution of the facets' tilt from a cosine, normalised over the hemisphere.
@@ -59,21 +67,11 @@ float lobe_D_Gaussian(vec3 N, vec3 H, float alpha) {
 // units       16, exp, and fits stand for atan and n
 // source      Torrance, Sparrow 1967; Blinn 1977
 // Take the vector form where alpha is small, as in lobe_D_GGX.
-// Why this form: n / (pi alpha^2) is smooth, and 7e-8 off at most in a rational fit of alpha^2 (lab/fits.py). The closed
-// form in Dawson's function, pi alpha Dawson(alpha), counts angles past the horizon: 1.8 % off at alpha = 1.
 float lobe_D_Gaussian_normalized(float NdotH, float alpha) {
     float c = clamp(NdotH, 0.0, 1.0);
-    float w2 = (1.0 - c) / (1.0 + c);
-    float d = sqrt(w2) * (2.0 + w2 * (-0.666665673 + w2 * (0.399965321 + w2 * (-0.285238661 + w2 * (0.21884061
-              + w2 * (-0.167546299 + w2 * (0.115104186 + w2 * (-0.061609176 + w2 * (0.021453878
-              - w2 * 0.003507858)))))))));
-    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), x = a * a;
-    float p = 0.999999934 + x * (4.199668102 + x * (16.132323145 + x * (41.886900686 + x * (72.397065024
-              + x * 75.669204962))));
-    float q = 1.0 + x * (4.866305777 + x * (19.111869592 + x * (53.355054272 + x * (103.860143799 + x * (127.913945995
-              + x * 75.669272234)))));
-    float k = exp(-0.5 * (d / a) * (d / a)) / a;
-    return k * k * LOBE_INV_PI * (q / p);
+    float d = lobe_angle(sqrt((1.0 - c) / (1.0 + c)));
+    float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), k = exp(-0.5 * x * x);
+    return k * (k * lobe_peak_Gaussian(alpha));
 }
 
 // Gaussian distribution of the facets' tilt, normalised over the hemisphere; H may have any length.
@@ -89,17 +87,9 @@ float lobe_D_Gaussian_normalized(vec3 N, vec3 H, float alpha) {
     if (dot(H, H) == 0.0) return 0.0;
     vec3 X = cross(N, H);
     float NH = max(dot(N, H), 0.0), sine = length(X);
-    float w = sine / max(length(vec2(sine, NH)) + NH, LOBE_SMALLEST_DIVISOR), w2 = w * w;
-    float d = w * (2.0 + w2 * (-0.666665673 + w2 * (0.399965321 + w2 * (-0.285238661 + w2 * (0.21884061
-              + w2 * (-0.167546299 + w2 * (0.115104186 + w2 * (-0.061609176 + w2 * (0.021453878
-              - w2 * 0.003507858)))))))));
-    float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), x = a * a;
-    float p = 0.999999934 + x * (4.199668102 + x * (16.132323145 + x * (41.886900686 + x * (72.397065024
-              + x * 75.669204962))));
-    float q = 1.0 + x * (4.866305777 + x * (19.111869592 + x * (53.355054272 + x * (103.860143799 + x * (127.913945995
-              + x * 75.669272234)))));
-    float k = exp(-0.5 * (d / a) * (d / a)) / a;
-    return k * k * LOBE_INV_PI * (q / p);
+    float d = lobe_angle(sine / max(length(vec2(sine, NH)) + NH, LOBE_SMALLEST_DIVISOR));
+    float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), k = exp(-0.5 * x * x);
+    return k * (k * lobe_peak_Gaussian(alpha));
 }
 
 // Torrance and Sparrow's reflection: facets of Gaussian tilt, masked by V-grooves, with Schlick's Fresnel term.

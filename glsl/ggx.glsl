@@ -298,7 +298,7 @@ vec3 lobe_GGX_Kelemen(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 //   v = normalize(alpha V.x, alpha V.y, V.z), c uniform on the cap c.z > -v.z of the unit sphere
 // param  alpha  float  1e-4..1  0.25  microfacet width
 // param  u      vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, what rounding and the driver's sin and cos leave of c and v is magnified where c + v is short
+// units   16, what rounding leaves of c and v is magnified where c + v is short
 // source  Dupuy, Benyoub 2023
 // Why this form: h.z = (1 - u.y)(1 + v.z), 1 - c.z = u.y (1 + v.z) and 1 + c.z = h.z + 1 - v.z are free of cancellation
 // once the smaller of 1 + v.z and 1 - v.z is formed from the sine of v. Tangents stay in the world: one width needs no
@@ -315,8 +315,8 @@ vec3 lobe_sample_GGX(vec3 N, vec3 T, vec3 V, float alpha, vec2 u) {
     float plus = vz > 0.0 ? larger : smaller, minus = vz > 0.0 ? smaller : larger;  // 1 + v.z and 1 - v.z
     vec2 r = clamp(u, 0.0, 1.0);
     float hz = (1.0 - r.y) * plus;
-    float phi = 6.28318531 * r.x;
-    vec3 around = sqrt(r.y * plus * (hz + minus)) * (cos(phi) * cross(B, N) + sin(phi) * B);
+    vec2 c = sqrt(r.y * plus * (hz + minus)) * lobe_circle(r.x);
+    vec3 around = c.x * cross(B, N) + c.y * B;
     vec3 h = around + tangent, across = around - tangent;
     h -= 0.25 * clamp(dot(h, across) + hz * (hz - 2.0 * vz), -1.0, 1.0) * across;
     vec3 H = a * h + max(hz, 1e-15) * N;
@@ -344,7 +344,7 @@ float lobe_pdf_GGX(vec3 N, vec3 V, vec3 L, float alpha) {
 // param  alphaX  float  1e-4..1  0.25  microfacet width along T
 // param  alphaY  float  1e-4..1  0.25  microfacet width along B = N x T
 // param  u       vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, what rounding and the driver's sin and cos leave is magnified as in lobe_sample_GGX
+// units   16, what rounding leaves is magnified as in lobe_sample_GGX
 // source  Dupuy, Benyoub 2023
 // Why this form: as in lobe_sample_GGX; V.x and V.y as T.H and B.H in lobe_GGX_aniso.
 vec3 lobe_sample_GGX_aniso(vec3 N, vec3 T, vec3 V, float alphaX, float alphaY, vec2 u) {
@@ -359,8 +359,7 @@ vec3 lobe_sample_GGX_aniso(vec3 N, vec3 T, vec3 V, float alphaX, float alphaY, v
     float plus = vz > 0.0 ? larger : smaller, minus = vz > 0.0 ? smaller : larger;  // 1 + v.z and 1 - v.z
     vec2 r = clamp(u, 0.0, 1.0);
     float hz = (1.0 - r.y) * plus;
-    float phi = 6.28318531 * r.x;
-    vec2 around = sqrt(r.y * plus * (hz + minus)) * vec2(cos(phi), sin(phi));
+    vec2 around = sqrt(r.y * plus * (hz + minus)) * lobe_circle(r.x);
     vec2 h = around + tangent, across = around - tangent;
     float lengths = clamp(dot(h, across) + hz * (hz - 2.0 * vz), -1.0, 1.0);  // what unequal ones put into h
     h -= lengths / max(max(dot(across, across), dot(h, h)), max(hz, 1e-15)) * across;

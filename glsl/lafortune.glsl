@@ -119,8 +119,7 @@ vec3 lobe_Lafortune_C_Phong(float exponent) {
 // units   16, pow
 // source  Lafortune, Foo, Torrance, Greenberg 1997, section 3.1
 vec3 lobe_Lafortune_C_retro(float exponent) {
-    float e = clamp(exponent, 0.1, LOBE_EXPONENT_MAX);
-    return pow((e + 2.0) * 0.159154943, 1.0 / e) * vec3(1.0);
+    return lobe_Lafortune_C_Phong(exponent) * vec3(-1.0, -1.0, 1.0);
 }
 
 // C of a diffuse part that falls off towards the rim.
@@ -129,8 +128,7 @@ vec3 lobe_Lafortune_C_retro(float exponent) {
 // units   16, pow
 // source  Lafortune, Foo, Torrance, Greenberg 1997, section 3.1
 vec3 lobe_Lafortune_C_diffuse(float exponent) {
-    float e = clamp(exponent, 0.1, LOBE_EXPONENT_MAX);
-    return pow((e + 2.0) * 0.159154943, 1.0 / e) * vec3(0.0, 0.0, 1.0);
+    return lobe_Lafortune_C_Phong(exponent) * vec3(0.0, 0.0, 1.0);
 }
 
 // C of a lobe whose peak lies beyond the mirror direction, towards grazing. Its albedo at normal incidence is ratio^exponent.
@@ -140,8 +138,7 @@ vec3 lobe_Lafortune_C_diffuse(float exponent) {
 // units   16, pow
 // source  Lafortune, Foo, Torrance, Greenberg 1997, section 3.1
 vec3 lobe_Lafortune_C_offspecular(float ratio, float exponent) {
-    float e = clamp(exponent, 0.1, LOBE_EXPONENT_MAX);
-    return pow((e + 2.0) * 0.159154943, 1.0 / e) * vec3(-1.0, -1.0, clamp(ratio, 0.0, 1.0));
+    return lobe_Lafortune_C_Phong(exponent) * vec3(1.0, 1.0, clamp(ratio, 0.0, 1.0));
 }
 
 // C of a lobe about the mirror direction with its own width along each tangent.
@@ -152,8 +149,7 @@ vec3 lobe_Lafortune_C_offspecular(float ratio, float exponent) {
 // units   16, pow
 // source  Lafortune, Foo, Torrance, Greenberg 1997, section 3.1
 vec3 lobe_Lafortune_C_aniso(float x, float y, float exponent) {
-    float e = clamp(exponent, 0.1, LOBE_EXPONENT_MAX);
-    return pow((e + 2.0) * 0.159154943, 1.0 / e) * vec3(-clamp(x, 0.0, 1.0), -clamp(y, 0.0, 1.0), 1.0);
+    return lobe_Lafortune_C_Phong(exponent) * vec3(clamp(x, 0.0, 1.0), clamp(y, 0.0, 1.0), 1.0);
 }
 
 // Light direction of one of Lafortune's lobes, one channel, at random: a unit L.
@@ -162,7 +158,7 @@ vec3 lobe_Lafortune_C_aniso(float x, float y, float exponent) {
 // param  C         vec3   -1.2..1.2  -0.9,-0.9,0.9  weights of the components along T, B, N
 // param  exponent  float  0.1..400  20.0  exponent of the lobe
 // param  u         vec2   0..0.9999999  0.5  uniform random numbers
-// units   80, the driver's sin and cos, and B = N x T beside a component that is small
+// units   80, B = N x T beside a component that is small
 // source  Lafortune, Foo, Torrance, Greenberg 1997, section 3.2
 // Why this form: as in lobe_sample_Phong, which makes l when it looks along the normal. A null a is taken for N.
 vec3 lobe_sample_Lafortune(vec3 N, vec3 T, vec3 V, vec3 C, float exponent, vec2 u) {

@@ -22,12 +22,12 @@ vec3 lobe_Lambert(vec3 N, vec3 V, vec3 L, vec3 albedo) {
 // Light direction in proportion to its cosine, at random: a unit L.
 //   L = sqrt(u.y) (cos(phi) T + sin(phi) B) + sqrt(1 - u.y) N,   phi = 2 pi u.x
 // param  u  vec2  0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   8
 // source  Lambert 1760, Photometria; Malley's method
 vec3 lobe_sample_Lambert(vec3 N, vec3 T, vec2 u) {
-    vec2 r = clamp(u, 0.0, 1.0);
-    float phi = 6.28318531 * r.x;
-    return sqrt(r.y) * (cos(phi) * T + sin(phi) * cross(N, T)) + sqrt(1.0 - r.y) * N;
+    float r = clamp(u.y, 0.0, 1.0);
+    vec2 l = sqrt(r) * lobe_circle(u.x);
+    return l.x * T + l.y * cross(N, T) + sqrt(1.0 - r) * N;
 }
 
 // Density of lobe_sample_Lambert, over the solid angle of L. For Oren-Nayar and other diffuse lobes, too.

@@ -195,9 +195,10 @@ vec3 lobe_albedo_EON_fast(float NdotV, vec3 albedo, float roughness) {
 //   M = (a 0 b; 0 c 0; d 0 1), P, a, b, c, d fits of NdotV and roughness, x towards V along the surface
 // param  roughness  float  0..1  0.5  EON's own, as in lobe_OrenNayar_EON
 // param  u          vec2   0..0.9999999  0.5  uniform random numbers: u.x for the part and the radius, u.y for the azimuth
-// units   64, the driver's sin and cos
+// units   16, pow
 // source  Portsmouth, Kutz, Hill 2025, listings 2, 3
 // Why this form: near mu = NdotV = 1 the fits P, b and d are differences of what nearly cancels, and are written in w = 1 - mu.
+// pow(0, 0.1) is not 0 on all drivers.
 vec3 lobe_sample_EON(vec3 N, vec3 T, vec3 V, float roughness, vec2 u) {
     vec3 X = cross(N, V);
     float mu = clamp(dot(N, V), 0.0, 1.0), w = min(dot(X, X) / (1.0 + mu), 1.0), r = clamp(roughness, 0.0, 1.0);
@@ -206,13 +207,13 @@ vec3 lobe_sample_EON(vec3 N, vec3 T, vec3 V, float roughness, vec2 u) {
     float c = 1.0 + r * (0.20013 + (-0.506373 + 0.261777 * mu) * mu);
     float d = r * (6e-6 - (0.065466 + 0.475392 * w) * w) / (0.0017372 + (2.0725628 - w) * w);
     float s = 0.5 + 0.5 / sqrt(1.0 + d * d);
-    float uniformly = pow(r, 0.1) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
+    float uniformly = (r > 0.0 ? pow(r, 0.1) : 0.0) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
     X = cross(X, N);
     float size = length(X);
     X = size > 0.0 ? X / size : T;
     vec3 Y = cross(N, X);
     vec2 x = clamp(u, 0.0, 1.0);
-    vec2 turn = vec2(cos(6.28318531 * x.y), sin(6.28318531 * x.y));
+    vec2 turn = lobe_circle(x.y);
     if (x.x < uniformly) {
         float z = x.x / uniformly;
         turn *= sqrt((1.0 - z) * (1.0 + z));
@@ -230,7 +231,7 @@ vec3 lobe_sample_EON(vec3 N, vec3 T, vec3 V, float roughness, vec2 u) {
 // param  roughness  float  0..1  0.5  EON's own, as in lobe_OrenNayar_EON
 // units   16, pow
 // source  Portsmouth, Kutz, Hill 2025, listings 2, 3
-// Why this form: near mu = NdotV = 1 the fits P, b and d are differences of what nearly cancels, and are written in w = 1 - mu.
+// Why this form: as in lobe_sample_EON.
 // 0 where V or L is below the horizon.
 float lobe_pdf_EON(vec3 N, vec3 T, vec3 V, vec3 L, float roughness) {
     if (min(dot(N, V), dot(N, L)) <= 0.0) return 0.0;
@@ -241,7 +242,7 @@ float lobe_pdf_EON(vec3 N, vec3 T, vec3 V, vec3 L, float roughness) {
     float c = 1.0 + r * (0.20013 + (-0.506373 + 0.261777 * mu) * mu);
     float d = r * (6e-6 - (0.065466 + 0.475392 * w) * w) / (0.0017372 + (2.0725628 - w) * w);
     float s = 0.5 + 0.5 / sqrt(1.0 + d * d);
-    float uniformly = pow(r, 0.1) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
+    float uniformly = (r > 0.0 ? pow(r, 0.1) : 0.0) * (0.038278 + w * (0.168058 + w * (-0.334233 + 0.290822 * w)));
     X = cross(X, N);
     float size = length(X);
     X = size > 0.0 ? X / size : T;

@@ -220,13 +220,12 @@ vec3 lobe_Schlick_double_mirror(float cosI, vec3 f0, float r, vec3 f0b, float rb
 // param  r  float  1e-8..1  0.1  roughness factor, alpha^2
 // param  p  float  0.01..1  0.5  isotropy factor: 1 isotropic, towards 0 grooves along T
 // param  u  vec2   0..0.9999999  0.5  uniform random numbers
-// units   64, the driver's sin and cos
+// units   8
 // source  Schlick 1994, section 5, for the zenith; density A^2 / (2 pi) of the azimuth, which inverts in closed form
 // The paper's own azimuth does not have the density A. With this one the weight is 1 / A, in sqrt(p)..1 / sqrt(p).
 vec3 lobe_sample_Schlick(vec3 N, vec3 T, float r, float p, vec2 u) {
     vec2 x = clamp(u, 0.0, 0.9999999);
-    float psi = 6.28318531 * x.x;
-    vec2 a = vec2(clamp(p, 1e-4, 1.0) * cos(psi), sin(psi));
+    vec2 a = vec2(clamp(p, 1e-4, 1.0), 1.0) * lobe_circle(x.x);
     a *= sqrt(clamp(r, 1e-8, 1.0) * x.y / (1.0 - x.y)) / max(length(a), LOBE_SMALLEST_DIVISOR);
     vec3 H = a.x * T + a.y * cross(N, T) + N;
     return H / max(length(H), LOBE_SMALLEST_DIVISOR);

@@ -80,6 +80,14 @@ def between(low: float, high: float, count: int = 1500) -> np.ndarray:
     return low + (high - low) * (1 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2
 
 
+def circle():
+    """core.glsl, lobe_circle: sin(2 pi x) / x - 4 over y = 1/16 - x^2; 1..4. The error is that of the sine, relative."""
+    y = between(0, 1 / 16)
+    x = np.sqrt(1 / 16 - y)
+    f = np.sin(2 * np.pi * x) / x
+    return levelled(powers(y, 4, 1), np.zeros((len(y), 0)), f - 4, 1 / f)
+
+
 def G1_beckmann():
     """beckmann.glsl, lobe_G1_Beckmann: G1 / v over v; p 0..5, q 1..6."""
     v = between(0, 3.4)
@@ -116,14 +124,14 @@ def oren_nayar_angle():
 
 
 def angle():
-    """gaussian.glsl, lobe_D_Gaussian: angle / tan(angle / 2) over tan^2(angle / 2); 0..9."""
+    """core.glsl, lobe_angle: angle / tan(angle / 2) over tan^2(angle / 2); 0..9."""
     w2 = between(0, 1)
     f = 2 * np.arctan(np.sqrt(w2)) / np.sqrt(w2)
     return levelled(powers(w2, 9), np.zeros((len(w2), 0)), f, 1 / f)
 
 
 def norm_gaussian():
-    """gaussian.glsl, lobe_D_Gaussian_normalized: its integral over pi alpha^2, over x = alpha^2; p 0..5, q 1..6."""
+    """gaussian.glsl, lobe_peak_Gaussian: the inverse over pi alpha^2, over x = alpha^2; p 0..5, q 1..6."""
     alpha = np.concatenate([[1e-3], between(0.01, 4, 600)])
     node, weight = np.polynomial.legendre.leggauss(200)
     end = np.minimum(np.pi / 2, 9 * alpha)[:, None]
@@ -234,7 +242,7 @@ def refined(errors, x: np.ndarray, reach: float = 0.03, rounds: int = 60) -> tup
 
 if __name__ == "__main__":
     np.set_printoptions(precision=9, suppress=True, linewidth=110)
-    for fit in (G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, angle, norm_gaussian,
+    for fit in (circle, G1_beckmann, loss_EON, loss_EON_fast, oren_nayar_angle, angle, norm_gaussian,
                 artanh_rest, albedo_ggx, albedo_avg_ggx, dfg_ggx, dfg_ggx_fast):
         p, q, error = fit()
         print(f"{fit.__doc__.splitlines()[0]}\n  error {error:.1e}\n  p {p}\n  q {q}")

@@ -1,12 +1,29 @@
 """Identities between functions of the library, in GLSL. Those whose functions all exist are tested."""
 
 # Over the domain of the first call on the left, within the units of all functions named. Fresnel's reversed path is
-# tested where eta < 1, the half in which the rounding of cosT costs no more than the left's condition number tells.
+# tested where eta < 1, the half in which the rounding of cosT costs no more than the left's condition number tells; a share
+# of a turn is turned back and mirrored where the difference is exact. Twice a quantile leaves the tail squared, whose
+# rounding is tested where it costs little; angles whose half tangents are t and (1 - t)/(1 + t) add up to a right one.
 LIMITS = """
     lobe_OrenNayar(N, V, L, albedo, 0.0) == lobe_Lambert(N, V, L, albedo)
     lobe_OrenNayar_qualitative(N, V, L, albedo, 0.0) == lobe_Lambert(N, V, L, albedo)
     lobe_OrenNayar_EON(N, V, L, albedo, 0.0) == lobe_Lambert(N, V, L, albedo)
     lobe_OrenNayar_EON_fast(N, V, L, albedo, 0.0) == lobe_Lambert(N, V, L, albedo)
+    lobe_circle(0.0) == vec2(1.0, 0.0)
+    lobe_circle(0.25) == vec2(0.0, 1.0)
+    lobe_circle(0.5) == vec2(-1.0, 0.0)
+    lobe_circle(0.75) == vec2(0.0, -1.0)
+    lobe_circle(1.0) == vec2(1.0, 0.0)
+    dot(lobe_circle(u), lobe_circle(u)) == 1.0
+    lobe_circle(u) == vec2(-1.0, 1.0) * lobe_circle(u - 0.25).yx where u >= 0.25
+    lobe_circle(u) == vec2(1.0, -1.0) * lobe_circle(1.0 - u) where u >= 0.5
+    lobe_exponential(0.0) == 0.0
+    lobe_exponential(0.5) == 0.69314718
+    2.0 * lobe_exponential(u) == lobe_exponential(u * (2.0 - u)) where u <= 0.5
+    lobe_angle(0.0) == 0.0
+    lobe_angle(0.41421356) == 0.78539816
+    lobe_angle(1.0) == 1.57079633
+    lobe_angle(tanHalf) + lobe_angle((1.0 - tanHalf) / (1.0 + tanHalf)) == 1.57079633
     lobe_F_dielectric(cosI, 1.0) == 0.0
     lobe_F_dielectric(0.0, 1.0) == 0.0
     lobe_T_dielectric(cosI, 1.0) == 1.0
@@ -46,6 +63,8 @@ LIMITS = """
     lobe_G2_Beckmann(NdotV, 1.0, alpha) == lobe_G1_Beckmann(NdotV, alpha)
     lobe_G1_GGX(NdotX, 0.0) == 1.0
     lobe_Z_Schlick(NdotH, r) == 3.14159265 * lobe_D_GGX(NdotH, sqrt(r))
+    lobe_peak_Gaussian(alpha) == lobe_D_Gaussian_normalized(1.0, alpha)
+    lobe_peak_Gaussian(0.0001) == 31830990.0
     lobe_G1_Schlick(NdotX, 0.0) == 1.0 where NdotX > 0.0
     lobe_AshikhminShirley_diffuse(N, V, L, rd, 1.0) == vec3(0.0)
     lobe_GGX_blend(N, V, L, f0, alphas, 0.0) == lobe_GGX(N, V, L, f0, alphas.x)

@@ -73,7 +73,7 @@ def rules(function: Function, count: int = POINTS, seed: int = SEED) -> Iterator
     """Every rule of the policy that concerns a function."""
     base = domain.sample(function, count, seed)
     names = set(base)
-    lobe, distribution = function.kind == "lobe", function.name.startswith("lobe_D_")
+    lobe, distribution = function.kind == "lobe", function.name.startswith(("lobe_D_", "lobe_peak_"))
     half = {"V", "L", "H"} <= names
 
     def rule(name: str, asked: dict, meant: dict | None, **options) -> Rule:
@@ -101,6 +101,10 @@ def rules(function: Function, count: int = POINTS, seed: int = SEED) -> Iterator
         yield rule("eta = 1", matched, matched)
         if "cosI" in names:
             yield rule("eta = 1 at grazing", matched | {"cosI": 0.0}, matched | {"cosI": 0.0})
+    for name in sorted(names & {"u", "tanHalf"}):
+        if function.parameter(name).width == 1:
+            yield rule(f"{name} < 0 is 0", {name: -0.1}, {name: 0.0})
+            yield rule(f"{name} > 1 is 1", {name: 1.1}, {name: 1.0})
     if "k" in names:
         yield rule("k = 0", {"k": 0.0}, {"k": 0.0})
 

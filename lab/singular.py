@@ -96,7 +96,8 @@ def _shared(found: tuple[list, list], count: int) -> dict[tuple[Set, ...], tuple
 
 
 def _of_scalar(p: Parameter) -> list[Set]:
-    """The ends of a range, and 0 and 1 within it, where factors such as eta - 1 change sign."""
+    """The ends of a range, 0 and 1 within it, where factors such as eta - 1 change sign; of a scalar u, the
+    quarters of a turn, or 1 where the range ends short of it."""
     found = []
     if p.low > 0 and p.high / p.low > 20:
         found.append(_end(p, f"{p.name} -> {p.low:g}", p.low, p.high, lambda d: d))
@@ -112,7 +113,17 @@ def _of_scalar(p: Parameter) -> list[Set]:
         found.append(_end(p, f"{p.name} -> 1", NEAREST, min(1 - p.low, p.high - 1), lambda d: 1 + d, signed=True))
     elif p.high == 1 and p.low >= 0:
         found.append(_end(p, f"{p.name} -> 1", NEAREST, 1.0, lambda d: 1 - d))
+    if p.name == "u" and p.width == 1:
+        if p.high == 1:
+            found += [_of_quarter(p, quarter) for quarter in (0.25, 0.5, 0.75)]
+        else:
+            found.append(_end(p, "u -> 1", 1 - p.high, 1.0, lambda d: 1 - d))
     return found
+
+
+def _of_quarter(p: Parameter, quarter: float) -> Set:
+    """A quarter of a turn, at which a sine or a cosine changes its sign."""
+    return _end(p, f"{p.name} -> {quarter:g}", NEAREST, 0.25, lambda d: quarter + d, signed=True)
 
 
 def _least(p: Parameter) -> float:

@@ -14,6 +14,7 @@ mpf = mp.mpf
 
 ALPHA_FLOOR = mpf(13743895) / mpf(2) ** 37  # of D and of whole lobes: 1e-4 as binary32 holds it
 F0_LIMIT = 1 - mpf(2) ** -24  # where lobe_eta() stops growing
+U_LIMIT = 1 - mpf(2) ** -23  # where lobe_exponential() stops growing: 0.9999999 as binary32 holds it
 GRAZING = mpf(10) ** -45  # a cosine that stands for 0 where only the limit exists
 
 
@@ -89,6 +90,23 @@ def sin2_NH(N, H):
     if not any(H):
         return mpf(0)
     return mp.sin(angle(unit(N), unit(H))) ** 2
+
+
+def circle(u):
+    """By the half turns from the positive x axis: exact at each quarter, where 2 pi would be rounded."""
+    half_turns = 2 * min(max(mpf(u), mpf(0)), mpf(1))
+    return [mp.cospi(half_turns), mp.sinpi(half_turns)]
+
+
+def exponential(u):
+    """The quantile -ln(1 - u); of any binary32 u, 50 digits hold 1 - u exactly."""
+    return -mp.log(1 - min(max(mpf(u), mpf(0)), U_LIMIT))
+
+
+def angle_of_half(tangent):
+    """The angle by its own sine and cosine, 2 t / (1 + t^2) and (1 - t^2) / (1 + t^2), without their divisor."""
+    t = min(max(mpf(tangent), mpf(0)), mpf(1))
+    return mp.atan2(2 * t, 1 - t**2)
 
 
 # Fresnel: Snell's law with angles
@@ -690,6 +708,9 @@ ORACLE = {
     "lobe_cosines(vec3,vec3,vec3,vec3)": lambda N, V, L, H: [cosine(unit(N), unit(V)), cosine(unit(N), unit(L))],
     "lobe_LdotH(vec3,vec3)": LdotH,
     "lobe_sin2_NH(vec3,vec3)": sin2_NH,
+    "lobe_circle(float)": circle,
+    "lobe_exponential(float)": exponential,
+    "lobe_angle(float)": angle_of_half,
     "lobe_reflect(vec3,vec3)": reflect,
     "lobe_refract(vec3,vec3,float)": refract,
     "lobe_F_dielectric(float,float)": F_dielectric,

@@ -8,6 +8,7 @@ from oracle import (
     F_Schlick_rgb, Lambda_GGX_aniso, LdotH, V_GGX, V_Vgroove_of_lobe, add, angle, cosine, dot, frame, lobe, microfacet,
     mirrored, mp, mpf, of_cosines, pow_Schlick, scale, unit)
 
+WIDEST_GAUSSIAN = mpf(1000)  # alpha of lobe_peak_Gaussian; wider, it is 1/pi but for 7.4e-7
 LEAST_R = ALPHA_FLOOR**2  # of Schlick's r, which is alpha^2
 LEAST_P = mpf("1e-4")  # of his p
 NOISE = mpf(10) ** -40  # what 50 digits leave of a component that is 0: V = N has no azimuth, though its digits have
@@ -98,6 +99,11 @@ def D_Gaussian_normalized_of_angle(theta, alpha):
     """Torrance, Sparrow 1967; Blinn 1977: exp(-(theta/alpha)^2), over the hemisphere's projected area."""
     alpha, theta = floored(alpha), min(theta, mp.pi / 2)
     return mp.exp(-((theta / alpha) ** 2)) / gaussian_norm(alpha)
+
+
+def peak_Gaussian(alpha):
+    """The same at H = N."""
+    return D_Gaussian_normalized_of_angle(mpf(0), min(mpf(alpha), WIDEST_GAUSSIAN))
 
 
 def of_cosine(D):
@@ -546,6 +552,7 @@ CLASSIC = {
     "lobe_D_Gaussian(vec3,vec3,float)": of_half(D_Gaussian_of_angle),
     "lobe_D_Gaussian_normalized(float,float)": of_cosine(D_Gaussian_normalized_of_angle),
     "lobe_D_Gaussian_normalized(vec3,vec3,float)": of_half(D_Gaussian_normalized_of_angle),
+    "lobe_peak_Gaussian(float)": peak_Gaussian,
     key("lobe_TorranceSparrow", *NVL, V3, "float"): microfacet(of_half(D_Gaussian_normalized_of_angle), V_Vgroove_of_lobe),
     key("lobe_Ward", *NTVL, V3, "float", "float"): ward(lambda v, l, h: mp.sqrt(v[2] * l[2])),
     key("lobe_WardDuer", *NTVL, V3, "float", "float"): ward(lambda v, l, h: v[2] * l[2]),

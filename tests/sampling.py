@@ -13,6 +13,7 @@ from lobe.lab import catalogue
 DIRECTIONS = tuple(f.name for f in catalogue.load().functions if f.returns_directions)  # their result has either sign
 
 
+QUARTERS = (0.25, 0.5, 0.75)
 COSINE_SPECIALS = (0.0, 1.0, 0.5)
 ETA_SPECIALS = (1.0, 1.5, 1 / 1.5, 1.0003, 2.42, 0.04, 25.0)
 ALPHA_SPECIALS = (0.0, 1e-5, 1e-4, 1.0, 4.0)
@@ -73,8 +74,12 @@ def slope(rng):
 
 
 def uniform(rng):
-    """A random number as a sampler receives it: below 1."""
-    return min(cosine(rng), 1 - 2.0**-24)
+    """A random number as a sampler receives it: below 1. Of a turn, quarters are critical."""
+    return min(1 - 2.0**-24, rng.choice((
+        lambda: cosine(rng),
+        lambda: rng.choice(QUARTERS) + rng.choice((-1, 1)) * log_uniform(rng, 2**-24, 0.25),
+        lambda: rng.choice(QUARTERS),
+    ))())
 
 
 def coefficient(rng):

@@ -167,15 +167,24 @@ def created(column):
 
 @pytest.mark.full
 @pytest.mark.parametrize("column", precision.COLUMNS, ids=lambda column: column.name)
-def test_all_hold_but_for_the_drivers_own_built_in_functions(column):
-    driver = created(column)
-    outcome = stability.run(LIBRARY, LIBRARY.functions, (driver,), 1 << 12, precision.SUITES)
-    plain = drivers.create(column.driver)
-    builtins = {b.name: {column.driver: precision.builtin_units(plain, b)} for b in precision.BUILTINS}
-    found = precision.summary(LIBRARY, LIBRARY.functions, outcome, (driver,), {}, builtins, 1 << 12)
-    print(found["failures"])
-    assert len(outcome.rows) > 1000 and not precision.unexplained(found)
-    assert all(re.match(r"lobe_(sample_|pdf_EON)", f["function"]) for f in found["failures"])
+def test_all_hold(column):
+    outcome = stability.run(LIBRARY, LIBRARY.functions, (created(column),), 1 << 12, precision.SUITES)
+    assert len(outcome.rows) > 900 and outcome.passed, [row for row in outcome.rows if not row["pass"]]
+
+
+def test_samplers_hold_where_sines_are_coarse():
+    """SwiftShader's sin and cos are 2e-4 off, and its pow(0, 0.1) is 1.5e-4; Vulkan allows as much."""
+    driver = created(precision.Column("swiftshader"))
+    coarse = values(driver.context, "", "sin(x)", x=np.linspace(-3, 3, 100))
+    assert np.abs(coarse - np.sin(np.linspace(-3, 3, 100))).max() > 1e-5
+    functions = tuple(f for f in LIBRARY.functions if f.name.startswith("lobe_sample_"))
+    outcome = stability.run(LIBRARY, (*functions, *LIBRARY.find("lobe_pdf_EON")), (driver,), 256, ("random", "policy"))
+    assert outcome.passed, [row for row in outcome.rows if not row["pass"]]
+
+
+def test_nothing_rests_on_built_in_trigonometry():
+    loose = {"sin", "cos", "tan", "asin", "acos", "atan"}
+    assert not {f.key for f in LIBRARY.functions if loose & set(re.findall(r"\w+(?=\()", f.definition))}
 
 
 @pytest.mark.full
@@ -188,21 +197,21 @@ def test_a_driver_tells_a_shader_that_does_not_compile(name):
 
 
 def test_a_fault_is_not_explained_away(egl):
-    (function,) = LIBRARY.find("lobe_sample_Lambert")
+    (function,) = LIBRARY.find("lobe_sample_Beckmann")
 
     def wrong(source):
         return source.replace(function.definition, f"{function.signature} {{ return N; }}")
 
-    def summary(name, sine):
+    def summary(name, log):
         driver = stability.Driver(name, egl, wrong)
         outcome = stability.run(LIBRARY, (function,), (driver,), 256, ("random",))
-        builtins = {b.name: {name: sine if b.name == "sin" else 1.0} for b in precision.BUILTINS}
+        builtins = {b.name: {name: log if b.name == "log" else 1.0} for b in precision.BUILTINS}
         return precision.summary(LIBRARY, (function,), outcome, (driver,), {}, builtins, 256)
 
-    for name, sine in (("softpipe", 1.0), ("egl", 1e3)):  # with a right sine; where all must hold
-        assert precision.unexplained(summary(name, sine)) and "FAIL" in precision.report(summary(name, sine))
+    for name, log in (("softpipe", 1.0), ("egl", 1e3)):  # with a right logarithm; where all must hold
+        assert precision.unexplained(summary(name, log)) and "FAIL" in precision.report(summary(name, log))
     spoilt = summary("softpipe", 1e3)
-    assert not precision.unexplained(spoilt) and "the driver's own sin" in precision.report(spoilt)
+    assert not precision.unexplained(spoilt) and "the driver's own log" in precision.report(spoilt)
 
 
 def test_built_in_functions_are_measured(egl):
@@ -210,7 +219,7 @@ def test_built_in_functions_are_measured(egl):
     units = {b.name: precision.builtin_units(egl, b) for b in precision.BUILTINS}
     print({name: f"{x:.3g}" for name, x in units.items()})
     assert units["1 / x"] < 3 and units["sqrt"] < 3
-    assert {"sin", "cos", "log", "sqrt"} <= precision.used_builtins(LIBRARY, LIBRARY.find("lobe_sample_Beckmann")[0])
+    assert {"log", "sqrt"} == precision.used_builtins(LIBRARY, LIBRARY.find("lobe_sample_Beckmann")[0])
 
 
 @pytest.mark.full

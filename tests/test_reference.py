@@ -9,8 +9,8 @@ import pytest
 from lobe import reference
 from lobe.lab import catalogue
 
-from oracle import ORACLE, F82_unclamped, Lambda_Beckmann, Lambda_GGX, albedo_GGX, mp, mpf
-from oracle_classic import CLASSIC
+from oracle import ALPHA_FLOOR, ORACLE, F82_unclamped, Lambda_Beckmann, Lambda_GGX, albedo_GGX, mp, mpf
+from oracle_classic import CLASSIC, gaussian_norm
 from sampling import DIRECTIONS, adversarial_rows
 
 SEED = 20260
@@ -109,6 +109,15 @@ def test_oracle_lambda_is_smiths_integral(Lambda, slope_density, cosine, alpha):
     assert abs(smith - Lambda(cosine, alpha)) < mpf(10) ** -12 * Lambda(cosine, alpha) + mpf(10) ** -20
 
 
+@pytest.mark.parametrize("alpha", [ALPHA_FLOOR, 0.05, 0.5, 4, 1000])
+def test_oracle_gaussian_norm_is_the_projected_area(alpha):
+    """The facets' area seen along the normal, pi int exp(-(x/alpha)^2) sin 2x dx over 0..pi/2."""
+    alpha = mpf(alpha)
+    end = min(mp.pi / 2, 12 * alpha)  # the rest is below exp(-144)
+    area = mp.pi * mp.quad(lambda x: mp.exp(-((x / alpha) ** 2)) * mp.sin(2 * x), mp.linspace(0, end, 9))
+    assert abs(area / gaussian_norm(alpha) - 1) < mpf(10) ** -40
+
+
 # The condition number
 
 NORMAL, VIEW, LIGHT = (0.1, -0.2, 0.9), (0.5, 0.3, 0.7), (-0.4, 0.1, 0.8)
@@ -130,6 +139,10 @@ WELL_BEHAVED = {
     "lobe_sample_GGX(vec3,vec3,vec3,float,vec2)": (*NORMAL, 0.9, 0.2, 0.1, *VIEW, 0.3, 0.2, 0.6),
     "lobe_G1_Beckmann(float,float)": (0.3, 0.7),
     "lobe_OrenNayar(vec3,vec3,vec3,vec3,float)": (*NORMAL, *VIEW, *LIGHT, 0.8, 0.5, 0.2, 0.4),
+    "lobe_circle(float)": (0.3,),
+    "lobe_exponential(float)": (0.3,),
+    "lobe_angle(float)": (0.3,),
+    "lobe_peak_Gaussian(float)": (0.3,),
 }
 
 
@@ -260,6 +273,33 @@ def test_exponents():
     assert value("lobe_exponent(float)", 0.1) == pytest.approx(198, rel=1e-13)
     assert value("lobe_alpha_Phong(float)", 198) == pytest.approx(0.1, rel=1e-14)
     assert value("lobe_exponent_Blinn(float)", 50) == 200
+
+
+@pytest.mark.parametrize("u, point", [
+    (-0.1, (1, 0)), (0, (1, 0)), (0.25, (0, 1)), (0.5, (-1, 0)), (0.75, (0, -1)), (1, (1, 0)), (1.1, (1, 0))])
+def test_quarters_of_a_turn_are_exact(u, point):
+    assert tuple(value("lobe_circle(float)", u)) == point
+
+
+@pytest.mark.parametrize("u, halvings", [(-0.1, 0), (0, 0), (0.5, 1), (1 - 2**-23, 23), (1, 23), (1.1, 23)])
+def test_tail_halves_with_each_ln_2(u, halvings):
+    """Up to 0.9999999, which is 1 - 2^-23 as binary32 holds it."""
+    assert value("lobe_exponential(float)", u) == pytest.approx(halvings * math.log(2), rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("tangent, degrees", [
+    (-0.1, 0), (0, 0), (math.sqrt(2) - 1, 45), (1 / math.sqrt(3), 60), (1, 90), (1.1, 90)])
+def test_angles_of_known_half_tangents(tangent, degrees):
+    assert value("lobe_angle(float)", tangent) == pytest.approx(math.radians(degrees), rel=1e-14, abs=0)
+
+
+def test_peak_of_the_narrowest_and_the_widest_gaussian():
+    """1/(pi alpha^2) times 1 + 2 alpha^2/3 where it is narrow, 1/pi where it is flat; alpha is clamped to 1e-4..1e3."""
+    peak, floor = "lobe_peak_Gaussian(float)", np.float32(1e-4)
+    assert value(peak, 1e-3) == pytest.approx((1 + 2e-6 / 3) * 1e6 / math.pi, rel=1e-11)
+    assert value(peak, 1e3) == pytest.approx(1 / math.pi, rel=1e-6)
+    assert value(peak, -1) == value(peak, 0) == value(peak, floor)
+    assert value(peak, 1e6) == value(peak, 1e3)
 
 
 def test_filtered_alpha():

@@ -46,6 +46,9 @@ inline double lobe_D_Gaussian_normalized(Vec3 N, Vec3 H, double alpha) {
     return H == Vec3(0) ? 0 : gaussian(facet_angle(N, H), alpha) / gaussian_area(alpha);
 }
 
+// The value of the normalised one at H = N. Widths above 1e3 are taken as 1e3; wider ones are less than 1e-6 lower.
+inline double lobe_peak_Gaussian(double alpha) { return 1 / gaussian_area(std::min(alpha, 1e3)); }
+
 // D and the grooves of 1967, over 4 in place of their constant.
 inline Vec3 lobe_TorranceSparrow(Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha) {
     const double NdotV = N.dot(V), NdotL = N.dot(L);
@@ -59,6 +62,7 @@ LOBE_MODEL(gaussian, LOBE_FUNCTION(double, lobe_D_Gaussian, (double NdotH, doubl
            LOBE_FUNCTION(double, lobe_D_Gaussian, (Vec3 N, Vec3 H, double alpha)),
            LOBE_FUNCTION(double, lobe_D_Gaussian_normalized, (double NdotH, double alpha)),
            LOBE_FUNCTION(double, lobe_D_Gaussian_normalized, (Vec3 N, Vec3 H, double alpha)),
+           LOBE_FUNCTION(double, lobe_peak_Gaussian, (double alpha)),
            LOBE_FUNCTION(Vec3, lobe_TorranceSparrow, (Vec3 N, Vec3 V, Vec3 L, Vec3 f0, double alpha)))
 
 }  // namespace lobe

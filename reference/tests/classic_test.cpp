@@ -42,6 +42,50 @@ TEST(Gaussian, IntegralsAreDawsons) {
     EXPECT_EQ(lobe_D_Gaussian(NORMAL, NORMAL * 3, 0.3), 1);
 }
 
+TEST(Gaussian, PeakOfANarrowOneIsDawsons) {
+    for (double alpha : {1e-4, 1e-3, 0.05, 0.1, 0.2, 0.25})
+        EXPECT_NEAR(lobe_peak_Gaussian(alpha) * PI * alpha * dawson(alpha), 1, ROUNDING) << alpha;
+}
+
+// The integrals of d^(2k) sin(2d) up to the horizon, k = 0 to 60, by parts; downwards, where what is wrong shrinks.
+std::array<double, 61> moments_of_area() {
+    std::array<double, 61> moment;
+    double higher = 0;
+    for (int k = 80; k-- > 0;) {
+        higher = (std::pow(PI / 2, 2 * k + 2) / 2 - higher) * 2 / ((k + 1) * (2 * k + 1));
+        if (k <= 60) moment[k] = higher;
+    }
+    return moment;
+}
+
+// A wide one's Gaussian is its power series, whose terms alternate: as much as they add up to above their sum is lost.
+TEST(Gaussian, PeakOfAWideOneIsOneOverASeries) {
+    const auto moment = moments_of_area();
+    EXPECT_NEAR(moment[0], 1, ROUNDING);
+    for (double alpha : {0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0, 30.0, 1e3}) {
+        double power = 1, sum = 0, size = 0;
+        for (int k = 0; k <= 60; ++k) {
+            sum += power * moment[k], size += std::abs(power) * moment[k];
+            power *= -1 / (alpha * alpha * (k + 1));
+        }
+        EXPECT_NEAR(lobe_peak_Gaussian(alpha) * PI * sum, 1, ROUNDING + 0x1p-50 * size / sum) << alpha;
+    }
+}
+
+TEST(Gaussian, PeakIsTheValueAlongTheNormal) {
+    for (double alpha : {1e-4, 0.03, 0.25, 1.0, 4.0, 1e3}) {
+        EXPECT_EQ(lobe_peak_Gaussian(alpha), lobe_D_Gaussian_normalized(1, alpha)) << alpha;
+        EXPECT_EQ(lobe_peak_Gaussian(alpha), lobe_D_Gaussian_normalized(NORMAL, NORMAL * 3, alpha)) << alpha;
+    }
+}
+
+TEST(Gaussian, PeakEndsWhereTheWidthDoes) {
+    for (double alpha : {-1e300, -1.0, 0.0, 1e-30, 0.99e-4})
+        EXPECT_EQ(lobe_peak_Gaussian(alpha), lobe_peak_Gaussian(SMALLEST_ALPHA)) << alpha;
+    for (double alpha : {1001.0, 1e300}) EXPECT_EQ(lobe_peak_Gaussian(alpha), lobe_peak_Gaussian(1e3)) << alpha;
+    EXPECT_NEAR(lobe_peak_Gaussian(1e3) * PI, 1, 1e-6);
+}
+
 TEST(Ward, LecturesDistributionLacksTheFourthPowerOfTheCosine) {
     for_pairs([](const Vec3& H, const Vec3&) {
         const double all = std::pow(H.z, 4) * lobe_D_Beckmann_aniso(H.z, H.x, H.y, 0.3, 0.7);
