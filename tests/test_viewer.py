@@ -15,7 +15,7 @@ from lobe.lab import compare, files, gl, pictures, raster, scene_files, scenes
 from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 from lobe.viewer import app as app_
-from lobe.viewer import camera, command, numbers_panel, objects, picture, plots, scene_panel, truth, window
+from lobe.viewer import camera, chooser, command, numbers_panel, objects, picture, plots, scene_panel, truth, window
 from lobe.viewer import state as states
 from lobe.viewer.state import MODES
 
@@ -634,8 +634,7 @@ def save_all(app, hand, folder, against):
         shaded(app, side)
     until(app, lambda: against == "B" or app.services.job.done)
     for what, name in (("session", "s.toml"), ("png", "p.png"), ("exr", "e.exr")):
-        app.asking = what
-        app.finish_path(folder / name)
+        app.finish_path(what, folder / name)
     kept = dataclasses.asdict(app.state)
     fresh(app)
     app.window.dropped.append(folder / "s.toml")
@@ -654,6 +653,88 @@ def test_sessions_and_pictures_are_saved(viewer, tmp_path, against):
     scene = scene_files.load(tmp_path / "s.toml")
     assert scene.lights == ["point", "directional", "environment"], "the reference renders it, too"
     assert scene.film["width"] == size[0]
+
+
+FAKE_ZENITY = """#!/bin/sh
+printf '%s\\n' "$@" > "$0.arguments"
+[ -e "$0.fails" ] && exit 1
+echo $$ > "$0.open"
+while [ ! -e "$0.answer" ]; do sleep 0.02; done
+cat "$0.answer"
+rm "$0.answer" "$0.open"
+"""
+
+
+def chosen(app, hand, tool, mesh, picture_file):
+    """What the desktop's dialog does with the window: opening, saving, cancelling, failing, and being left open."""
+    fresh(app)
+    app._paths.clear()
+    before, os.environ["PATH"] = os.environ["PATH"], f"{tool.parent}:{os.environ['PATH']}"
+    open_, answer, fails = (tool.with_name(f"zenity.{name}") for name in ("open", "answer", "fails"))
+    seen = {}
+
+    def is_open():
+        return open_.exists() and open_.read_text().endswith("\n")
+
+    def dialog(what, answered):
+        app.choose_path(what)
+        until(app, is_open)
+        drawn = app._began
+        frames(app, 3)
+        seen[what] = app._began > drawn and app.asking is None, tool.with_name("zenity.arguments").read_text()
+        answer.with_suffix(".part").write_text(answered)
+        answer.with_suffix(".part").rename(answer)
+        until(app, lambda: app.chooser.asked is None)
+
+    try:
+        chooser.QUICK_SECONDS, quick = 0.0, chooser.QUICK_SECONDS
+        dialog("png", "")
+        cancelled = app.asking is None and not errors(app)
+        dialog("png", f"{picture_file}\n")
+        dialog("open", f"{mesh}\n")
+        chooser.QUICK_SECONDS = float("inf")
+        fails.touch()
+        app.choose_path("exr")
+        until(app, lambda: app.chooser.asked is None)
+        own, app.asking = app.asking, None
+        fails.unlink()
+        app.choose_path("session")
+        until(app, is_open)
+        app.chooser.close()
+        left = [path for path in (f"/proc/{open_.read_text().strip()}",) if os.path.exists(path)]
+    finally:
+        os.environ["PATH"], chooser.QUICK_SECONDS = before, quick
+    return seen, cancelled, app.state.object, own, left, errors(app)
+
+
+def test_the_desktop_chooses_files_where_it_can(viewer, tmp_path, triangle):
+    tool = tmp_path / "bin" / "zenity"
+    tool.parent.mkdir()
+    tool.write_text(FAKE_ZENITY)
+    tool.chmod(0o755)
+    seen, cancelled, opened, own, left, wrong = viewer.do(chosen, tool, triangle, tmp_path / "p.png")
+    assert all(goes_on for goes_on, _ in seen.values()) and cancelled and not wrong
+    assert opened == str(triangle) and files.read_png(tmp_path / "p.png").any()
+    assert "*.obj" in seen["open"][1] and "*.exr" in seen["open"][1] and "--save" not in seen["open"][1]
+    assert "--save" in seen["png"][1] and "lobe.png" in seen["png"][1]
+    assert own == "exr", "the window asks itself where the dialog did not open"
+    assert not left, "a dialog that is left open ends with the window"
+
+
+def without_dialogs(app, hand):
+    fresh(app)
+    before = os.environ["PATH"]
+    try:
+        os.environ["PATH"] = ""
+        app.choose_path("png")
+        frames(app)
+        return app.asking, errors(app)
+    finally:
+        app.asking, os.environ["PATH"] = None, before
+
+
+def test_the_window_asks_for_files_where_the_desktop_cannot(viewer):
+    assert viewer.do(without_dialogs) == ("png", [])
 
 
 def test_sessions_know_every_plot():

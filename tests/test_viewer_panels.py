@@ -755,8 +755,7 @@ def test_a_picture_that_fails_goes_back_to_the_last_good_one(viewer):
 
 @pytest.mark.parametrize("what, name", [("png", "p.jpg"), ("exr", "e.png"), ("session", "ses.txt"), ("png", "p")])
 def test_files_are_saved_under_their_suffix_alone(what, name, viewer, tmp_path):
-    viewer.asking = what
-    viewer.finish_path(tmp_path / name)
+    viewer.finish_path(what, tmp_path / name)
     assert not list(tmp_path.iterdir())
     assert "expected a file ." in viewer.services.notices[-1].text
     viewer.services.notices.clear()

@@ -15,7 +15,7 @@ from imgui_bundle import imgui, implot, implot3d
 from ..lab import catalogue, files, gl, scene_schema
 from ..lab.errors import InputError
 from ..lab.paths import GLSL
-from . import camera, keys, lobe_panel, numbers_panel, objects, plots, scene_panel, shortcuts, theme
+from . import camera, chooser, keys, lobe_panel, numbers_panel, objects, plots, scene_panel, shortcuts, theme
 from . import state as states
 from .display import Display, JobTexture
 from .imgui_gl import Renderer
@@ -62,7 +62,7 @@ class App:
         self.services = Services(self.context, window.wake)
         self.truth = Truth(window.wake)
         self.layout = theme.Layout()
-        self.help, self.asking = False, None
+        self.help, self.asking, self.chooser = False, None, chooser.Chooser()
         self._asked_path, self._focus_path = "", False
         self._paths: dict[str, str] = {}  # last ones, by what was asked for
         self._last_good = copy.deepcopy(self.state)
@@ -92,6 +92,7 @@ class App:
         self._began = now
         self._watch(now)
         self._take_dropped()
+        self._take_chosen()
         imgui.new_frame()
         self._greet()
         self._guarded(lambda: shortcuts.handle(self))
@@ -137,6 +138,7 @@ class App:
         return bool(moved or drawing or arriving or self.state.mode == "flicker")
 
     def release(self) -> None:
+        self.chooser.close()
         self.truth.stop()
         self.services.stop()
         for thing in (*self.pictures.values(), self._geometry, self.renderer):
@@ -265,7 +267,7 @@ class App:
         if imgui.begin_popup("files"):
             for name, (label, key, _) in FILES.items():
                 if imgui.menu_item(label, key, False)[0]:
-                    self.ask_path(name)
+                    self.choose_path(name)
             imgui.end_popup()
 
     # The picture.
@@ -464,6 +466,24 @@ class App:
             self._framed = state.object  # a session has its own camera
             self.window.title(f"{path.name} - Lobe")
 
+    def choose_path(self, what: str) -> None:
+        """Opens the desktop's dialog for a file; where there is none, the own one."""
+        if not chooser.available():
+            return self.ask_path(what)
+        label, _, name = FILES[what]
+        suffixes = (Path(name).suffix,) if name else objects.SUFFIXES
+        begin = Path(self._paths.get(what, name)).expanduser().absolute()
+        self.chooser.ask(what, label, f"{begin}/" if begin.is_dir() else str(begin), suffixes, saves=bool(name))
+
+    def _take_chosen(self) -> None:
+        if (answer := self.chooser.take()) is None:
+            return
+        what, path, seen = answer
+        if path is not None:
+            self.finish_path(what, path)
+        elif not seen:
+            self.ask_path(what)
+
     def ask_path(self, what: str) -> None:
         """Opens the dialog that asks for a file's name."""
         self.asking, self._asked_path, self._focus_path = what, self._paths.get(what, FILES[what][2]), True
@@ -487,17 +507,21 @@ class App:
             exists = self.asking != "open" and Path(self._asked_path).expanduser().is_file()
             imgui.text_disabled(f"{'exists, OK replaces it' if exists else ''} in {Path.cwd()}".strip())
             if imgui.button("OK") or entered:
-                self.finish_path(Path(self._asked_path).expanduser())
+                self.finish_path(self.asking, Path(self._asked_path).expanduser())
             imgui.same_line()
+            if chooser.available():
+                if imgui.button("Browse"):
+                    self.choose_path(self.asking)
+                    self.asking = None
+                imgui.same_line()
             if imgui.button("Cancel") or imgui.is_key_pressed(imgui.Key.escape):
                 self.asking = None
             if not self.asking:
                 imgui.close_current_popup()
             imgui.end_popup()
 
-    def finish_path(self, path: Path) -> None:
-        what, self.asking = self.asking, None
-        self._paths[what] = str(path)
+    def finish_path(self, what: str, path: Path) -> None:
+        self.asking, self._paths[what] = None, str(path)
         if what == "open":
             return self.open(path)
         try:

@@ -15,6 +15,7 @@ from . import state as states
 from .state import PLACEMENT, Environment, Lobe, State
 
 SESSIONS = (".toml",)
+SUFFIXES = (*MESHES, *PICTURES, *SESSIONS)  # of what can be opened
 SPHERE = (96, 192)  # bands and sectors: the outline is off by 1.3e-4 of the radius
 
 
@@ -122,7 +123,7 @@ def opened(state: State, path: Path) -> tuple[State, list[str]]:
     elif suffix in PICTURES:
         new, notes = replace(state, environment=Environment(path.resolve())), []
     else:
-        raise InputError(f"{path}: is of an unknown kind, expected {' '.join((*MESHES, *PICTURES, *SESSIONS))}")
+        raise InputError(f"{path}: is of an unknown kind, expected {' '.join(SUFFIXES)}")
     thing(new)
     if new.environment:
         environment_pixels(new.environment.file)
