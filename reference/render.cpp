@@ -18,6 +18,11 @@ enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, 
 // little before 4 and 6; where lobes see nearly all light alike, one is enough.
 constexpr int CANDIDATES = 8;
 
+// A path that has met nothing but glass goes both ways at so many of its first interactions, reflected and refracted: what
+// is seen in it is drawn sharply by the evenness of a pixel's samples, where chance would let go of that. A ball of glass
+// in a probe gains 1.5 times with 1, 3 times with 2, no more with 3.
+constexpr int SPLITS = 2;
+
 double mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
 
 // Weight of a direction drawn with density p where q might have drawn it as well: Veach 1997, the power heuristic.
@@ -35,6 +40,16 @@ struct Vertex {
     Vec3 mirror{0};        // reflectance
     double glass = 0, eta = 1;  // reflectance of glass, index of the far side over that of V's
     double lobes = 0, all = 0;  // shares of all lobes and of all together among the directions that are drawn
+};
+
+enum Way { MIRROR, REFLECTION, REFRACTION };  // of what is ideal, in the order of the shares
+
+// The rest of a path, after so many interactions.
+struct Branch {
+    Ray ray;
+    Vec3 throughput;
+    double widening;
+    int interactions;
 };
 
 // One thread's tracer: lobes keep their vectors among their arguments.
@@ -60,11 +75,14 @@ private:
         sum_ += radiance;
         if (settings_.layers) by_source_[source] += radiance;
     }
+    void follow(const Branch& branch, Samples& points);
     void add_emission(const std::optional<Scene::Found>& found, const Vec3& direction);
     Vertex meet(const Scene::Found& found, const Vec3& V);
     void add_direct(const Vertex& v, Vec2 u, double choice);
     bool weigh_lights(const Vertex& v);
+    bool splits(const Vertex& v, int interactions) const;
     bool scatter(const Vertex& v, Ray& ray, Vec2 u, double chance);
+    Ray go(const Vertex& v, Way way);
     bool scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u);
     bool survives(double chance);
 
@@ -88,8 +106,10 @@ private:
     bool has_extent_ = false;
     std::vector<Material> materials_;
 
-    // of the path
-    Vec3 sum_, throughput_;
+    Vec3 sum_;                       // of all branches
+    std::vector<Branch> branches_;   // that wait
+    // of the branch
+    Vec3 throughput_;
     double widening_;  // of solid angles by refraction: it thins radiance out but takes no light
     // of the last vertex
     Vec3 origin_;
@@ -101,8 +121,20 @@ private:
 };
 
 Vec3 Tracer::radiance(Ray ray, Samples& points) {
-    sum_ = Vec3(0), throughput_ = Vec3(1), widening_ = 1, density_ = NO_EXTENT;
-    for (int interactions = 0;; ++interactions) {
+    sum_ = Vec3(0);
+    branches_.push_back({ray, Vec3(1), 1, 0});
+    while (!branches_.empty()) {
+        const Branch branch = branches_.back();
+        branches_.pop_back();
+        follow(branch, points);
+    }
+    return sum_;
+}
+
+void Tracer::follow(const Branch& branch, Samples& points) {
+    throughput_ = branch.throughput, widening_ = branch.widening, density_ = NO_EXTENT;
+    Ray ray = branch.ray;
+    for (int interactions = branch.interactions;; ++interactions) {
         const std::uint32_t first = interactions * PER_VERTEX;
         const auto found = scene_.find(ray, Detail::normals);
         add_emission(found, ray.direction);
@@ -111,12 +143,18 @@ Vec3 Tracer::radiance(Ray ray, Samples& points) {
         const Vertex v = meet(*found, -ray.direction);
         if (v.lobes > 0)
             add_direct(v, points.pair(first + LIGHT), candidates_ > 1 ? points.pair(first + CHOICE).x : 0);
+        if (splits(v, interactions)) {
+            const Vec3 throughput = throughput_;
+            branches_.push_back({go(v, REFLECTION), throughput_, widening_, interactions + 1});
+            throughput_ = throughput;
+            ray = go(v, REFRACTION);
+            continue;
+        }
         const bool may_end = interactions + 1 >= settings_.roulette, chosen = v.all > v.lobes;
         const Vec2 chance = may_end || chosen ? points.pair(first + CHANCE) : Vec2(0);
         if (!scatter(v, ray, points.pair(first + DIRECTION), chance.x)) break;
         if (may_end && !survives(chance.y)) break;
     }
-    return sum_;
 }
 
 // Light that the path has run into. What the lobes have drawn might have been drawn from the lights as well.
@@ -233,29 +271,34 @@ void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
         add(chosen.source, throughput_ * arriving);
 }
 
+bool Tracer::splits(const Vertex& v, int interactions) const {
+    const Material& m = v.material;
+    return interactions < SPLITS && density_ == NO_EXTENT && m.lobes.empty() && !m.mirror && v.glass > 0 && v.glass < 1;
+}
+
 // Draws the direction in which the path goes on.
 bool Tracer::scatter(const Vertex& v, Ray& ray, Vec2 u, double chance) {
     if (!(v.all > 0)) return false;
     double& draw = v.all > v.lobes ? chance : u.x;  // lobes alone share the first number of the pair
     const int i = pick(shares_.data(), static_cast<int>(shares_.size()), draw);
-    const std::size_t lobes = v.material.lobes.size();
-    if (static_cast<std::size_t>(i) < lobes) return scatter_by_lobe(v, v.material.lobes[i].proposal, ray, u);
+    const int lobes = static_cast<int>(v.material.lobes.size());
+    if (i < lobes) return scatter_by_lobe(v, v.material.lobes[i].proposal, ray, u);
+    throughput_ *= v.all / shares_[i];
+    ray = go(v, Way(i - lobes));
+    return true;
+}
 
+// What goes on that way, and as much of it as does.
+Ray Tracer::go(const Vertex& v, Way way) {
     const Vec3& N = v.surface.N;
     density_ = NO_EXTENT;
-    Vec3 L = N * (2 * v.NdotV) - v.V;
-    if (static_cast<std::size_t>(i) == lobes) {
-        throughput_ *= v.mirror * (v.all / shares_[i]);
-    } else {
-        throughput_ *= v.all;  // drawn with the reflectance or transmittance itself
-        if (static_cast<std::size_t>(i) == lobes + 2) {
-            L = lobe_refract(v.NdotV > 0 ? N : -N, v.V, v.eta).normalized();
-            throughput_ /= v.eta * v.eta;
-            widening_ *= v.eta * v.eta;
-        }
+    if (way == REFRACTION) {
+        throughput_ *= (1 - v.glass) / (v.eta * v.eta);
+        widening_ *= v.eta * v.eta;
+        return scene_.leaving(v.found, lobe_refract(v.NdotV > 0 ? N : -N, v.V, v.eta).normalized());
     }
-    ray = scene_.leaving(v.found, L);
-    return true;
+    throughput_ *= way == MIRROR ? v.mirror : Vec3(v.glass);
+    return scene_.leaving(v.found, N * (2 * v.NdotV) - v.V);
 }
 
 bool Tracer::scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u) {

@@ -79,6 +79,20 @@ def test_a_mirror_reflects_as_much_as_fresnel_says():
     assert np.allclose(image, np.abs((n - 1) / (n + 1)) ** 2, rtol=1e-6)
 
 
+def test_each_sample_sees_what_glass_reflects_and_what_it_refracts():
+    above, below, eta, cos = 3.0, 7.0, 1.5, 0.8
+    scene = reference.Scene()
+    scene.set_material(scene.add_plane((0, 0, 0), (0, 1, 0), 9), [], glass={"eta": eta})
+    scene.set_environment(np.repeat((above, below), 8)[:, None, None] * np.ones((16, 32, 3)))
+    camera = reference.Camera((0, cos, (1 - cos**2) ** 0.5), (0, 0, 0), (0, 0, 1), 0.01)
+    image = rendered(scene, camera, 1, size=2, variance=False).beauty()
+    cos_inside = (1 - (1 - cos**2) / eta**2) ** 0.5
+    parallel = (eta * cos - cos_inside) / (eta * cos + cos_inside)
+    across = (cos - eta * cos_inside) / (cos + eta * cos_inside)
+    F = (parallel**2 + across**2) / 2
+    assert np.allclose(image, F * above + (1 - F) * below / eta**2, rtol=1e-4)
+
+
 @pytest.mark.parametrize("depth", (0, 1, 2, 5, 60))
 def test_a_closed_box_that_glows_is_a_geometric_series(depth):
     """Walls of albedo a that emit 1: the sum of a^k up to the depth, everywhere and in every direction."""
