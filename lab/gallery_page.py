@@ -14,7 +14,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from . import catalogue, files, gallery, gallery_draw, gl, highlights, pictures, plots
+from . import catalogue, files, gallery, gallery_draw, gl, highlights, papers, pictures, plots
 from .gallery import Exhibit, Shades
 from .paths import ROOT
 from .report import environment
@@ -85,7 +85,7 @@ def markdown(results: dict) -> str:
     for f in shown:
         groups.setdefault(gallery.group(f), []).append((f, results["lobes"][f.name]))
     return environment().overlay(autoescape=False).get_template("gallery.md.j2").render(
-        groups=groups, results=results, gallery=gallery, command=COMMAND, draw=gallery_draw,
+        groups=groups, results=results, gallery=gallery, command=COMMAND, draw=gallery_draw, linked=papers.linked,
         directed={f: r["direction"] for f in shown if "direction" in (r := results["lobes"][f.name])})
 
 

@@ -8,7 +8,7 @@ import pytest
 from mpmath import mp, mpf
 from window_session import SECONDS
 
-from lobe.lab import catalogue, gallery, gl
+from lobe.lab import catalogue, gallery, gl, papers
 from lobe.lab.errors import InputError
 from lobe.viewer import app, choices, curves, numbers_panel, plausible, plots, presets, theme, window
 from lobe.viewer import state as states
@@ -368,7 +368,28 @@ def test_a_copied_call_compiles_with_its_bundle_and_means_the_same(function, sha
 def test_where_a_lobe_comes_from():
     GGX = one("lobe_GGX")
     assert re.fullmatch(r"ggx\.glsl:\d+", choices.place(GGX))
-    assert choices.paper_url(GGX) == "https://scholar.google.com/scholar?q=Walter+et+al.+2007%2C+eq.+20%2C+33"
+
+
+@pytest.mark.parametrize("source, address", [
+    ("Walter et al. 2007, eq. 20, 33", "https://doi.org/10.2312/EGWR/EGSR07/195-206"),
+    ("Heitz 2014, eq. 99; Smith 1967", "https://jcgt.org/published/0003/02/03/"),
+    ("Walter 2005, eq. 9", "https://scholar.google.com/scholar?q=Walter+2005%2C+eq.+9"),
+    ("Lambert's law; Smith 1967", "https://scholar.google.com/scholar?q=Lambert%27s+law"),
+])
+def test_a_paper_is_found_or_searched(source, address):
+    assert papers.address(source) == address
+
+
+def test_a_source_links_the_papers_whose_place_is_known():
+    assert papers.linked("Snell's law; Heitz 2014, eq. 99; Walter 2005, eq. 9") == (
+        "Snell's law; [Heitz 2014](https://jcgt.org/published/0003/02/03/), eq. 99; Walter 2005, eq. 9")
+
+
+def test_the_papers_are_those_that_headers_cite():
+    """No entry is left over, and each has the form of a DOI or an address."""
+    cited = {papers.cited(part.strip()) for f in LIBRARY.functions for part in f.source.split(";")}
+    assert set(papers.known()) <= cited
+    assert all(re.fullmatch(r"10\.\d{4,}/\S+|https://\S+/", place) for place in papers.known().values())
 
 
 def test_cycles_are_of_the_code_as_it_is(monkeypatch):

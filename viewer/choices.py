@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import re
 from functools import cache
-from urllib.parse import quote_plus
 
 import numpy as np
 
@@ -123,14 +122,6 @@ def bundle_text(library: Catalogue, function: Function) -> str:
 
 def place(function: Function) -> str:
     return f"{function.path.name}:{function.line}"
-
-
-def paper_url(function: Function) -> str:
-    """The paper's own address where the header has a DOI, else a search for what the header cites first."""
-    doi = re.search(r"\b10\.\d{4,}/\S+[^\s.,;]", function.source)
-    if doi:
-        return f"https://doi.org/{doi[0]}"
-    return f"https://scholar.google.com/scholar?q={quote_plus(function.source.split(';')[0])}"
 
 
 @cache

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 from imgui_bundle import imgui
 
-from ..lab import gallery
+from ..lab import gallery, papers
 from ..lab.catalogue import Function, Parameter
 from . import choices, presets, theme
 from .services import Services
@@ -227,8 +227,8 @@ def _takes(lobe: Lobe, services: Services) -> None:
     imgui.set_item_tooltip("Header and code")
     imgui.same_line()
     if imgui.text_link("paper"):
-        webbrowser.open(choices.paper_url(function))
-    imgui.set_item_tooltip(f"{function.source}\n{choices.paper_url(function)}")
+        webbrowser.open(papers.address(function.source))
+    imgui.set_item_tooltip(f"{function.source}\n{papers.address(function.source)}")
     _source(function, services)
 
 
