@@ -738,6 +738,19 @@ def test_a_session_whose_camera_cannot_look_is_refused(camera, told, tmp_path):
         states.load(tmp_path / "session.toml")
 
 
+def test_help_has_room_in_a_small_window(viewer):
+    from imgui_bundle import imgui
+
+    viewer.help = True
+    frames(viewer, 4)
+    shown, room = imgui.internal.find_window_by_name("All keys (F1)"), viewer.window.size
+    assert shown.pos.x >= 0 and shown.pos.y >= 0
+    assert shown.pos.x + shown.size.x <= room[0] and shown.pos.y + shown.size.y <= room[1]
+    assert shown.scroll_max.y > 0, "what is below can be reached"
+    viewer.help = False
+    frames(viewer, 1)
+
+
 def test_a_panel_that_fails_is_told_and_the_window_goes_on(viewer, monkeypatch):
     from imgui_bundle import imgui, implot
 

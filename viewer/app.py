@@ -611,7 +611,8 @@ def unexpected(error: Exception) -> str:
 
 
 def help_overlay(width: float, height: float) -> None:
-    """All keys, in the middle of the window."""
+    """All keys, in the middle of the window, which they may be taller than."""
+    imgui.set_next_window_size_constraints((0, 0), (width, height))
     imgui.set_next_window_pos((width / 2, height / 2), imgui.Cond_.always, (0.5, 0.5))
     imgui.begin("All keys (F1)", None, imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move
                 | imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse)

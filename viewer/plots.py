@@ -493,7 +493,8 @@ def _polar_grid(decades: float | None, largest: float) -> None:
     if largest > 0:
         value = largest * 10.0 ** (-decades / 2) if decades else largest / 2
         implot.plot_text(f"{value:.2g}", 0.5, 0.5 * POLAR_BOTTOM)
-        implot.plot_text(f"{largest:.2g} /sr", 1.0, 0.5 * POLAR_BOTTOM)
+        inwards = imgui.ImVec2(-0.8 * imgui.get_font_size(), 0.0)  # whole in a narrow plot, too
+        implot.plot_text(f"{largest:.2g} /sr", 1.0, 0.5 * POLAR_BOTTOM, inwards)
     implot.plot_text("light", -0.75, 0.5 * POLAR_BOTTOM)
 
 

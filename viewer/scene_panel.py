@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 
 from . import camera, theme
 from . import state as states
+from .lobe_panel import wrapped
 from .services import Services
 from .state import MOST_LIGHTS, REFERENCES, Light, State
 
@@ -33,7 +34,7 @@ def _object(state: State) -> None:
             if imgui.selectable(name, name == state.object)[0]:
                 state.object, state.placement = name, {}
         imgui.end_combo()
-    imgui.text_disabled("or drop an OBJ, PLY, STL or glTF")
+    wrapped("or drop an OBJ, PLY, STL or glTF", disabled=True)
 
 
 def _lights(state: State) -> None:
@@ -62,7 +63,7 @@ def _lights(state: State) -> None:
 def _light(state: State, light: Light) -> None:
     light.vector = ball(state, light.vector)
     if light.kind == "point":
-        changed, new = imgui.drag_float3("position", list(light.vector), 0.02, -1e3, 1e3, "%.2f")
+        changed, new = imgui.drag_float3("position", list(light.vector), 0.02, -1e3, 1e3, "%.3g")
         if changed and any(new):
             light.vector = tuple(new)
     strongest = max(light.color)
@@ -112,7 +113,7 @@ def _environment(state: State) -> None:
     imgui.separator_text("Environment")
     environment = state.environment
     if environment is None:
-        imgui.text_disabled("drop a latitude-longitude EXR")
+        wrapped("drop a latitude-longitude EXR", disabled=True)
         for name, file in states.probes().items():
             if imgui.small_button(name):
                 state.environment = states.Environment(file)
