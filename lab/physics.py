@@ -265,7 +265,7 @@ def limit(library: Catalogue, identity: str, shade: Shades) -> Measure:
     sensitivity = np.nan_to_num(ideal.kappa * abs(ideal.value), posinf=0.0)
     units = sum(f.units for f in named(library, identity)) * shade.factor
     return Measure.of(abs(shade(left, function.result, inputs) - expected),
-                      units * compare.FLOAT32_ROUNDOFF * (abs(expected) + sensitivity))
+                      units * compare.FLOAT32_ROUNDOFF * (abs(expected) + sensitivity) + SMALLEST)
 
 
 # --- integrals -------------------------------------------------------------------------------------------------------
