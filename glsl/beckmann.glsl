@@ -166,7 +166,7 @@ vec3 lobe_CookTorrance(vec3 N, vec3 V, vec3 L, vec3 f0, float alpha) {
 // units   8
 // source  Walter et al. 2007, eq. 28
 vec3 lobe_sample_Beckmann(vec3 N, vec3 T, float alpha, vec2 u) {
-    vec2 slope = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX) * sqrt(lobe_exponential(u.y)) * lobe_circle(u.x);
+    vec2 slope = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX) * sqrt(lobe_quantile_exponential(u.y)) * lobe_circle(u.x);
     vec3 H = slope.x * T + slope.y * cross(N, T) + N;
     return H / max(length(H), LOBE_SMALLEST_DIVISOR);
 }

@@ -162,14 +162,14 @@ vec3 lobe_BlinnPhong(vec3 N, vec3 V, vec3 L, vec3 rs, float exponent) {
 // Why this form: with y = -ln(1 - u.y) / (exponent + 1) it is cos(t) = exp(-y) and sin(t)^2 = 1 - exp(-2 y), from its series
 // where y is small, since 1 - cos(t)^2 has no digits there. With M = N + R, L = 2 M.l / |M|^2 M - l has N.L = R.l.
 vec3 lobe_sample_Phong(vec3 N, vec3 T, vec3 V, float exponent, vec2 u) {
-    float y = lobe_exponential(u.y) / (clamp(exponent, 0.0, LOBE_EXPONENT_MAX) + 1.0), x = 2.0 * y;
+    float y = lobe_quantile_exponential(u.y) / (clamp(exponent, 0.0, LOBE_EXPONENT_MAX) + 1.0), x = 2.0 * y;
     float c = exp(-y);
     float s2 = x < 0.25 ? x * (1.0 - x * (0.5 - x * (0.166666667 - x * (0.0416666667 - x * (0.00833333333
                - x * 0.00138888889))))) : (1.0 - c) * (1.0 + c);
     vec2 l = sqrt(s2) * lobe_circle(u.x);
     vec3 B = cross(N, T), X = cross(N, V);
     float NdotV = dot(N, V), side = dot(T, X) * l.y - dot(B, X) * l.x;
-    float k = c + side / max(1.0 + NdotV, LOBE_SMALLEST_DIVISOR);
+    float k = c + side / max(1.0 + NdotV, 1e-15);
     return k * (NdotV * N - V) - l.x * T - l.y * B + (NdotV * c + side) * N;
 }
 

@@ -20,7 +20,7 @@
 //   is said of it.
 // * Colours: whole lobes clamp f0 and albedo to 0..1. Terms take a negative f0 for 0 and leave one above 1 alone:
 //   gold's red is 1.022.
-// * Built-in sin, cos, tan and their inverses are not called: Vulkan lets them be 2^-11 off. lobe_circle and lobe_angle are.
+// * Built-in sin, cos, tan and their inverses are not called: Vulkan lets them be 2^-11 off. lobe_circle and lobe_angle_of_half are.
 // * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and
 //   |N x H|^2, and D of a null H.
 // * V = N, L = N: ordinary inputs, since nothing is divided by a sine. A cosine above 1, such as N.H = 1 + 1 ulp, is 1.
@@ -100,8 +100,8 @@ float lobe_sin2_NH(vec3 N, vec3 H) {
 // param  u  float  0..1  0.125  share of a full turn
 // units   8
 // source  lab/fits.py
-// Why this form: a driver's sin and cos may be 2^-11 off, and SwiftShader's are 2e-4. Folded into a quarter turn, which
-// rounds nothing, both are sin(2 pi x) = x (4 + y q(y)) with y = 1/16 - x^2, within 1e-8: exact at all quarters.
+// Why this form: a driver's sin and cos may be 2^-11 off, and SwiftShader's are 2e-4. Folded into a quarter turn, which rounds
+// nothing near their zeros, both are sin(2 pi x) = x (4 + y q(y)) with y = 1/16 - x^2, within 1e-8: exact at all quarters.
 vec2 lobe_circle(float u) {
     float t = clamp(u, 0.0, 1.0);
     float h = min(t, 1.0 - t);
@@ -116,8 +116,8 @@ vec2 lobe_circle(float u) {
 // units   8
 // source  lab/fits.py
 // Why this form: a driver's acos and atan are too coarse. Of |V x W| / (|V| |W| + V.W) it is the angle between V and W, which
-// keeps its digits at 0. The polynomial is within 3e-9.
-float lobe_angle(float tanHalf) {
+// keeps its digits at 0. The polynomial is within 6e-9.
+float lobe_angle_of_half(float tanHalf) {
     float t = clamp(tanHalf, 0.0, 1.0), x = t * t;
     return t * (2.0 + x * (-0.666665673 + x * (0.399965321 + x * (-0.285238661 + x * (0.21884061 + x * (-0.167546299
            + x * (0.115104186 + x * (-0.061609176 + x * (0.021453878 - x * 0.003507858)))))))));
@@ -129,7 +129,7 @@ float lobe_angle(float tanHalf) {
 // units   8
 // source  -ln(1 - u) = 2 artanh(u / (2 - u))
 // Why this form: log(1 - u) has no digits where u is small.
-float lobe_exponential(float u) {
+float lobe_quantile_exponential(float u) {
     float t = clamp(u, 0.0, 0.9999999);
     float z = t / (2.0 - t), z2 = z * z;
     return t < 0.25 ? z * (2.0 + z2 * (0.666666667 + z2 * (0.4 + z2 * 0.285714286))) : -log(1.0 - t);

@@ -21,7 +21,7 @@
 // Take the vector form where alpha is small, as in lobe_D_GGX.
 float lobe_D_Gaussian(float NdotH, float alpha) {
     float c = clamp(NdotH, 0.0, 1.0);
-    float d = lobe_angle(sqrt((1.0 - c) / (1.0 + c)));
+    float d = lobe_angle_of_half(sqrt((1.0 - c) / (1.0 + c)));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     return c * exp(-x * x);
 }
@@ -37,7 +37,7 @@ float lobe_D_Gaussian(vec3 N, vec3 H, float alpha) {
     vec3 X = cross(N, H);
     float NH = max(dot(N, H), 0.0), sine = length(X);
     float hypotenuse = max(length(vec2(sine, NH)), LOBE_SMALLEST_DIVISOR);
-    float d = lobe_angle(sine / (hypotenuse + NH));
+    float d = lobe_angle_of_half(sine / (hypotenuse + NH));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX);
     return NH / hypotenuse * exp(-x * x);
 }
@@ -47,8 +47,9 @@ float lobe_D_Gaussian(vec3 N, vec3 H, float alpha) {
 // param  alpha  float  1e-4..4  0.25  angle at which the Gaussian has fallen to 1/e [rad]
 // units   16, a fit
 // source  Torrance, Sparrow 1967; Blinn 1977
-// Why this form: n / (pi alpha^2) is smooth, and 7e-8 off at most in a rational fit of alpha^2 (lab/fits.py). The closed
-// form in Dawson's function, pi alpha Dawson(alpha), counts angles past the horizon: 1.8 % off at alpha = 1.
+// Why this form: n / (pi alpha^2) is smooth, and 7e-8 off at most, up to alpha = 4, in a rational fit of alpha^2
+// (lab/fits.py). The closed form in Dawson's function, pi alpha Dawson(alpha), counts angles past the horizon: 1.8 % off at
+// alpha = 1.
 float lobe_peak_Gaussian(float alpha) {
     float a = clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), x = a * a;
     float p = 0.999999934 + x * (4.199668102 + x * (16.132323145 + x * (41.886900686 + x * (72.397065024
@@ -69,7 +70,7 @@ float lobe_peak_Gaussian(float alpha) {
 // Take the vector form where alpha is small, as in lobe_D_GGX.
 float lobe_D_Gaussian_normalized(float NdotH, float alpha) {
     float c = clamp(NdotH, 0.0, 1.0);
-    float d = lobe_angle(sqrt((1.0 - c) / (1.0 + c)));
+    float d = lobe_angle_of_half(sqrt((1.0 - c) / (1.0 + c)));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), k = exp(-0.5 * x * x);
     return k * (k * lobe_peak_Gaussian(alpha));
 }
@@ -87,7 +88,7 @@ float lobe_D_Gaussian_normalized(vec3 N, vec3 H, float alpha) {
     if (dot(H, H) == 0.0) return 0.0;
     vec3 X = cross(N, H);
     float NH = max(dot(N, H), 0.0), sine = length(X);
-    float d = lobe_angle(sine / max(length(vec2(sine, NH)) + NH, LOBE_SMALLEST_DIVISOR));
+    float d = lobe_angle_of_half(sine / max(length(vec2(sine, NH)) + NH, LOBE_SMALLEST_DIVISOR));
     float x = d / clamp(alpha, LOBE_ALPHA_MIN, LOBE_ALPHA_MAX), k = exp(-0.5 * x * x);
     return k * (k * lobe_peak_Gaussian(alpha));
 }

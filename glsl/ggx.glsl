@@ -352,7 +352,7 @@ vec3 lobe_sample_GGX_aniso(vec3 N, vec3 T, vec3 V, float alphaX, float alphaY, v
     vec3 B = cross(N, T), X = cross(N, V);
     vec2 tangent = a * vec2(dot(B, X), -dot(T, X));  // of V, stretched
     float NdotV = dot(N, V);
-    float scale = 1.0 / max(length(vec3(tangent, NdotV)), LOBE_SMALLEST_DIVISOR);
+    float scale = 1.0 / max(length(vec3(tangent, NdotV)), 1e-15);
     float vz = scale * NdotV;
     tangent *= scale;
     float larger = 1.0 + abs(vz), smaller = dot(tangent, tangent) / larger;

@@ -124,7 +124,7 @@ def oren_nayar_angle():
 
 
 def angle():
-    """core.glsl, lobe_angle: angle / tan(angle / 2) over tan^2(angle / 2); 0..9."""
+    """core.glsl, lobe_angle_of_half: angle / tan(angle / 2) over tan^2(angle / 2); 0..9."""
     w2 = between(0, 1)
     f = 2 * np.arctan(np.sqrt(w2)) / np.sqrt(w2)
     return levelled(powers(w2, 9), np.zeros((len(w2), 0)), f, 1 / f)

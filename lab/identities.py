@@ -17,13 +17,13 @@ LIMITS = """
     dot(lobe_circle(u), lobe_circle(u)) == 1.0
     lobe_circle(u) == vec2(-1.0, 1.0) * lobe_circle(u - 0.25).yx where u >= 0.25
     lobe_circle(u) == vec2(1.0, -1.0) * lobe_circle(1.0 - u) where u >= 0.5
-    lobe_exponential(0.0) == 0.0
-    lobe_exponential(0.5) == 0.69314718
-    2.0 * lobe_exponential(u) == lobe_exponential(u * (2.0 - u)) where u <= 0.5
-    lobe_angle(0.0) == 0.0
-    lobe_angle(0.41421356) == 0.78539816
-    lobe_angle(1.0) == 1.57079633
-    lobe_angle(tanHalf) + lobe_angle((1.0 - tanHalf) / (1.0 + tanHalf)) == 1.57079633
+    lobe_quantile_exponential(0.0) == 0.0
+    lobe_quantile_exponential(0.5) == 0.69314718
+    2.0 * lobe_quantile_exponential(u) == lobe_quantile_exponential(u * (2.0 - u)) where u <= 0.5
+    lobe_angle_of_half(0.0) == 0.0
+    lobe_angle_of_half(0.41421356) == 0.78539816
+    lobe_angle_of_half(1.0) == 1.57079633
+    lobe_angle_of_half(tanHalf) + lobe_angle_of_half((1.0 - tanHalf) / (1.0 + tanHalf)) == 1.57079633
     lobe_F_dielectric(cosI, 1.0) == 0.0
     lobe_F_dielectric(0.0, 1.0) == 0.0
     lobe_T_dielectric(cosI, 1.0) == 1.0

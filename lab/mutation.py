@@ -12,7 +12,7 @@ import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import cache
@@ -29,15 +29,15 @@ from .together import Together
 
 ARGUMENTS = Path(__file__).parent / "survivors.txt"
 REQUIRED = 0.98  # of the mutants that are not equivalent, the suite kills
-SUITE = ("cases", "compare", "documented", "domain", "geometry", "identities", "judge", "mutation", "physics", "policy", "singular",
-         "stability", "together")  # the modules that decide a verdict
+INPUTS = ("compare", "domain", "geometry", "judge", "singular", "stability")  # the modules that decide what a mutant changes
+SUITE = (*INPUTS, "cases", "documented", "identities", "mutation", "physics", "policy", "together")  # and those that decide a verdict
 
 TYPO = 1.001  # a constant's fourth digit
 SWAPPED_OPERATOR = {"+": "-", "-": "+", "*": "/", "/": "*", "+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "&&": "||", "||": "&&"}
 COMPARISONS = {"<": ("<=", ">"), "<=": ("<", ">"), ">": (">=", "<"), ">=": (">", "<"), "==": ("!=",), "!=": ("==",)}
-SWAPPED_CALL = {"max": "min", "min": "max", "sin": "cos", "cos": "sin"}
+SWAPPED_CALL = {"max": "min", "min": "max"}
 SWAPPED_COMPONENT = {"x": "y", "y": "x", "z": "x", "xy": "yx", "yx": "xy"}
-ORDERED = ("pow", "mix", "atan", "cross", "step", "vec2", "vec3")  # built-ins whose arguments may not change places
+ORDERED = ("pow", "mix", "cross", "step", "vec2", "vec3")  # built-ins whose arguments may not change places
 UNARY = ("abs", "sqrt", "exp", "exp2", "log", "log2", "normalize", "sign")  # of one argument, of its type
 
 
@@ -236,9 +236,11 @@ _OF_TYPE = {
 # --- the verdict of one function -----------------------------------------------------------------------------------------------------
 
 
-def measure(library: Catalogue, function: Function, context: gl.Context, points: int = WHOLE_POINTS) -> dict:
+def measure(library: Catalogue, function: Function, context: gl.Context, points: int = WHOLE_POINTS,
+            before: dict | None = None) -> dict:
     """What becomes of a function's mutants: how many there are, are stillborn (refused by the compiler), and are killed, by
-    which check; the equivalent ones; and the survivors, each with what it changes and its error, both in units."""
+    which check; the equivalent ones; and the survivors, each with what it changes and its error, both in units. `before`:
+    the same of another suite, whose changes are taken."""
     judge, whole, together = Judge(library, function), Whole(library, function, context, points), Together(library, function, context)
     every = mutants(library, function)
     born = [m for m in every if together.compiles(whole.source, m.definition)]
@@ -251,7 +253,10 @@ def measure(library: Catalogue, function: Function, context: gl.Context, points:
         raise InputError(f"mutate: {function.key} fails before any edit ({own}); expected a library that passes ./lobe test")
     faults = dict(zip(born, found))
     alive = [m for m in born if not faults[m]]
-    changes = dict(zip(alive, judged(alive, whole.difference)))
+    known = _changes(before) if before else {}
+    changes = {m: known[m.name] for m in alive if m.name in known}
+    new = [m for m in alive if m not in changes]
+    changes |= zip(new, judged(new, whole.difference))
     changed = [m for m in alive if changes[m][0] > EQUAL]
     for caller in callers(library, function) if changed else []:
         alone = Judge(library, caller)
@@ -262,6 +267,11 @@ def measure(library: Catalogue, function: Function, context: gl.Context, points:
             "stillborn": len(every) - len(born), "killed": dict(Counter(filter(None, faults.values())).most_common()),
             "equivalent": [m.name for m in alive if changes[m][0] <= EQUAL],
             "survivors": [{"mutant": m.name, "change": changes[m][0], "error": changes[m][1]} for m in changed if not faults[m]]}
+
+
+def _changes(result: dict) -> dict[str, tuple[float, float]]:
+    """What those mutants change that were not killed, by name; of equivalent ones 0 stands for whatever is not seen."""
+    return dict.fromkeys(result["equivalent"], (0.0, 0.0)) | {s["mutant"]: (s["change"], s["error"]) for s in result["survivors"]}
 
 
 def callers(library: Catalogue, function: Function) -> list[Function]:
@@ -275,42 +285,45 @@ def callers(library: Catalogue, function: Function) -> list[Function]:
 def run(library: Catalogue, functions: tuple[Function, ...], folder: Path, points: int = WHOLE_POINTS, jobs: int = 1,
         on_step: Callable[[str, int, int], None] = lambda name, done, of: None) -> list[dict]:
     """What becomes of some functions' mutants. Each function's result is kept in the folder as soon as it is there, so that
-    an interrupted run goes on where it was; what another text or another suite gave is not taken."""
+    an interrupted run goes on where it was; of another suite only what mutants change is taken, of another text nothing."""
     for function in functions:
         if not mutants(library, function):
             raise InputError(f"mutate: {function.key} has no mutants; expected a function that computes something")
     digests = _digests(library, functions, points)
     places = {f: files.output_folder(folder) / f"{re.sub(r'[^a-z0-9]+', '-', f.key, flags=re.I).strip('-')}.json" for f in functions}
-    found = {f: known["result"] for f in functions if (known := _kept(places[f])) and known["digest"] == digests[f]}
+    kept = {f: known for f in functions if (known := _kept(places[f])) and known["text"] == digests[f]["text"]}
+    found = {f: known["result"] for f, known in kept.items() if known["suite"] == digests[f]["suite"]}
     left = sorted((f for f in functions if f not in found), key=lambda f: -len(f.definition))  # long ones first
     with ProcessPoolExecutor(jobs, get_context("spawn"), _begin) as pool:
-        asked = {pool.submit(_measured, f.key, points): f for f in left}
+        asked = {pool.submit(_measured, f.key, points, kept.get(f, {}).get("result")): f for f in left}
         for done, future in enumerate(as_completed(asked), len(found)):
             function = asked[future]
             on_step(library.label(function), done, len(functions))
             found[function] = future.result()
-            files.write_json(places[function], {"digest": digests[function], "result": found[function]})
+            files.write_json(places[function], digests[function] | {"result": found[function]})
     return [found[f] for f in functions]
 
 
 def _kept(place: Path) -> dict | None:
     try:
-        return json.loads(place.read_text())
+        known = json.loads(place.read_text())
+        return known if known.keys() >= {"text", "suite", "result"} else None
     except (OSError, ValueError):
         return None
 
 
-def _digests(library: Catalogue, functions: tuple[Function, ...], points: int) -> dict[Function, str]:
-    """Of whatever decides a function's result: its text and of all that is called with it, the models, and the suite."""
-    sources = [Path(__file__).parent / f"{name}.py" for name in SUITE] + [cases.FILE]
-    sources += sorted((ROOT / "reference" / "models").glob("*.h"))
-    suite = sha256("\0".join((str(points), *(p.read_text() for p in sources))).encode())
+def _digests(library: Catalogue, functions: tuple[Function, ...], points: int) -> dict[Function, dict[str, str]]:
+    """Of whatever decides a function's result, apart: its text, of what calls it, and the models; and the suite."""
+    here = Path(__file__).parent
+    models = sorted((ROOT / "reference" / "models").glob("*.h"))
+    suite = _digest(p.read_text() for p in (*(here / f"{name}.py" for name in SUITE), cases.FILE))
+    inputs = _digest((str(points), *(p.read_text() for p in (*(here / f"{name}.py" for name in INPUTS), *models))))
     text = cache(lambda f: Judge(library, f).source)
-    found = {}
-    for function in functions:
-        found[function] = suite.copy()
-        found[function].update("\0".join(map(text, (function, *callers(library, function)))).encode())
-    return {function: digest.hexdigest() for function, digest in found.items()}
+    return {f: {"text": _digest((inputs, *map(text, (f, *callers(library, f))))), "suite": suite} for f in functions}
+
+
+def _digest(texts: Iterable[str]) -> str:
+    return sha256("\0".join(texts).encode()).hexdigest()
 
 
 _worker: dict = {}  # of a process: its library and context
@@ -321,9 +334,9 @@ def _begin() -> None:
     _worker.update(library=catalogue.load(), context=gl.create_context("egl"))
 
 
-def _measured(key: str, points: int) -> dict:
+def _measured(key: str, points: int, before: dict | None) -> dict:
     (function,) = _worker["library"].find(key)
-    return measure(_worker["library"], function, _worker["context"], points)
+    return measure(_worker["library"], function, _worker["context"], points, before)
 
 
 # --- arguments -------------------------------------------------------------------------------------------------------

@@ -60,8 +60,8 @@ class Rule:
 @lru_cache(maxsize=16)
 def hostile(function: Function, seed: int = SEED) -> dict[str, np.ndarray]:
     """Rows of hostile values: all combinations where they are few, random ones where they are many."""
-    choices = [np.array(DIRECTIONS if p.kind in ("direction", "half") else SCALARS if p.width == 1 else VECTORS,
-                        np.float32)[..., : p.width].reshape(-1, p.width) for p in function.parameters]
+    choices = [np.array([(x,) for x in SCALARS] if p.width == 1 else DIRECTIONS if p.kind in ("direction", "half") else VECTORS,
+                        np.float32)[:, : p.width] for p in function.parameters]
     if np.prod([float(len(c)) for c in choices]) <= HOSTILE:
         index = np.array(list(itertools.product(*(range(len(c)) for c in choices)))).T
     else:
@@ -130,13 +130,21 @@ def _direction_rules(function: Function, base: dict, rule) -> Iterator[Rule]:
         for X in "VL":
             below = np.where(geometry.dot(base["N"], base[X]) > 0, -base[X], base[X])
             yield rule(f"{X} below the horizon is 0", {X: below}, None)
+            yield rule(f"{X} on the horizon is 0", _on_horizon(base, X), None)
     if {"N", "V", "L"} <= names and function.name.startswith("lobe_pdf_"):
         below = np.where(geometry.dot(base["N"], base["V"]) > 0, -base["V"], base["V"])
         yield rule("V below the horizon is 0", {"V": below}, None)
+        yield rule("V on the horizon is 0", _on_horizon(base, "V"), None)
     if function.name == "lobe_LdotH" and {"V", "L"} <= names:
         yield rule("V = -L is 0", {"V": -base["L"]}, None)
     if {"N", "H"} <= names and not {"V", "L"} <= names and function.kind != "helper":
         yield rule("a null H is 0", {"H": 0.0}, None)
+
+
+def _on_horizon(base: dict, X: str) -> dict:
+    """Frames whose N and T are axes, so that the product of N and a direction on the horizon is 0 without a rounding."""
+    along = {name: geometry.normalize(base[name] * (1, 1, 0)) if name == X else np.abs(base[name]) for name in "VL"}
+    return {"N": (0.0, 0.0, 1.0), **({"T": (1.0, 0.0, 0.0)} if "T" in base else {}), **along}
 
 
 def unkept(function: Function, context: gl.Context, source: str) -> np.ndarray:

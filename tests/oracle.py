@@ -14,7 +14,7 @@ mpf = mp.mpf
 
 ALPHA_FLOOR = mpf(13743895) / mpf(2) ** 37  # of D and of whole lobes: 1e-4 as binary32 holds it
 F0_LIMIT = 1 - mpf(2) ** -24  # where lobe_eta() stops growing
-U_LIMIT = 1 - mpf(2) ** -23  # where lobe_exponential() stops growing: 0.9999999 as binary32 holds it
+U_LIMIT = 1 - mpf(2) ** -23  # where lobe_quantile_exponential() stops growing: 0.9999999 as binary32 holds it
 GRAZING = mpf(10) ** -45  # a cosine that stands for 0 where only the limit exists
 
 
@@ -709,8 +709,8 @@ ORACLE = {
     "lobe_LdotH(vec3,vec3)": LdotH,
     "lobe_sin2_NH(vec3,vec3)": sin2_NH,
     "lobe_circle(float)": circle,
-    "lobe_exponential(float)": exponential,
-    "lobe_angle(float)": angle_of_half,
+    "lobe_quantile_exponential(float)": exponential,
+    "lobe_angle_of_half(float)": angle_of_half,
     "lobe_reflect(vec3,vec3)": reflect,
     "lobe_refract(vec3,vec3,float)": refract,
     "lobe_F_dielectric(float,float)": F_dielectric,

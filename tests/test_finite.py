@@ -30,6 +30,29 @@ def test_finite_and_not_negative(function, context):
         {name: values[int(bad.argmax())].tolist() for name, values in policy.hostile(function).items()})
 
 
+def test_every_value_of_the_lists_is_tried():
+    (D,), (circle,) = LIBRARY.find("lobe_D_GGX(float,float)"), LIBRARY.find("lobe_circle(float)")
+    values = set(np.float32(policy.SCALARS))
+    assert set(policy.hostile(D)["alpha"][:, 0]) == set(policy.hostile(circle)["u"][:, 0]) == values
+
+
+# Found, each with what had divided by next to nothing
+NOT_FINITE = {
+    "lobe_sample_Phong": {"N": (0, 0, -1), "T": (0.6, 0, 0.8), "V": (3e4, -2e4, 1e4), "exponent": (1.022,), "u": (0.5, 0.5)},
+    "lobe_sample_GGX_aniso": {"N": (0, 0, 1), "T": (1e-20, 0, 1), "V": (1, 0, 0), "alphaX": (1 - 2**-24,), "alphaY": (1e-8,),
+                              "u": (-1, 0.5)},
+}
+
+
+@pytest.mark.parametrize("name", NOT_FINITE)
+def test_what_was_not_finite_is(name, egl):
+    (function,) = LIBRARY.find(name)
+    with egl:
+        got = gl.evaluate(egl, LIBRARY.text, function.call, function.result,
+                          {n: np.float32(x)[None, None] for n, x in NOT_FINITE[name].items()})
+    assert np.isfinite(got).all()
+
+
 @pytest.mark.parametrize("function", LIBRARY.functions, ids=lambda f: f.key)
 def test_no_guard_repairs_a_nan(function, egl):
     """A compiler may assume that there is none, and delete the guard."""

@@ -107,8 +107,8 @@ MUTANTS = {
         "lobe_Lafortune_C_Phong(float)", "return sqrt((exponent + 2.0) / 6.2831853) * vec3(-1.0, -1.0, 1.0);"),
     "lafortune_multiplies_by_its_exponent": Mutant(
         "lobe_Lafortune_lobe(vec3,vec3,vec3,float)", "return max(dot(C * lLocal, vLocal), 0.0) * exponent;"),
-    "exponential_subtracts_from_one": Mutant("lobe_exponential(float)", "return -log(1.0 - clamp(u, 0.0, 0.9999999));"),
-    "angle_is_not_doubled": Mutant("lobe_angle(float)", "return atan(clamp(tanHalf, 0.0, 1.0));"),
+    "exponential_subtracts_from_one": Mutant("lobe_quantile_exponential(float)", "return -log(1.0 - clamp(u, 0.0, 0.9999999));"),
+    "angle_is_not_doubled": Mutant("lobe_angle_of_half(float)", "return atan(clamp(tanHalf, 0.0, 1.0));"),
     "gaussian_s_peak_is_of_the_plane": Mutant("lobe_peak_Gaussian(float)", "return 0.318309886 / (alpha * alpha);"),
     "alpha_is_not_squared": Mutant("lobe_alpha(float)", "return roughness;"),
 }

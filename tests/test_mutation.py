@@ -204,8 +204,15 @@ def test_command_goes_on_where_it_was(tmp_path):
     changed["result"]["killed"] = {"points": 12345}
     kept.write_text(json.dumps(changed))
     assert "12345" in lobe(*asked).stdout
-    kept.write_text(json.dumps(changed | {"digest": "another suite"}))
-    assert "12345" not in lobe(*asked).stdout
+    for other in ("text", "suite"):
+        kept.write_text(json.dumps(changed | {other: "another"}))
+        assert "12345" not in lobe(*asked).stdout
+    changed["result"]["equivalent"] = changed["result"]["equivalent"][1:]
+    changed["result"]["survivors"] = [{"mutant": row["equivalent"][0], "change": 12345.0, "error": 0.5}]
+    kept.write_text(json.dumps(changed | {"suite": "another"}))
+    assert "changes 1.2e4 units" in lobe(*asked).stdout, "what a mutant changes does not depend on the suite"
+    kept.write_text(json.dumps(changed | {"text": "another"}))
+    assert "changes 1.2e4 units" not in lobe(*asked).stdout
 
 
 @pytest.mark.parametrize("function, message", [("lobe_nothing", "unknown function 'lobe_nothing'"), ("metals", "holds constants only")])

@@ -140,8 +140,8 @@ WELL_BEHAVED = {
     "lobe_G1_Beckmann(float,float)": (0.3, 0.7),
     "lobe_OrenNayar(vec3,vec3,vec3,vec3,float)": (*NORMAL, *VIEW, *LIGHT, 0.8, 0.5, 0.2, 0.4),
     "lobe_circle(float)": (0.3,),
-    "lobe_exponential(float)": (0.3,),
-    "lobe_angle(float)": (0.3,),
+    "lobe_quantile_exponential(float)": (0.3,),
+    "lobe_angle_of_half(float)": (0.3,),
     "lobe_peak_Gaussian(float)": (0.3,),
 }
 
@@ -284,13 +284,13 @@ def test_quarters_of_a_turn_are_exact(u, point):
 @pytest.mark.parametrize("u, halvings", [(-0.1, 0), (0, 0), (0.5, 1), (1 - 2**-23, 23), (1, 23), (1.1, 23)])
 def test_tail_halves_with_each_ln_2(u, halvings):
     """Up to 0.9999999, which is 1 - 2^-23 as binary32 holds it."""
-    assert value("lobe_exponential(float)", u) == pytest.approx(halvings * math.log(2), rel=1e-14, abs=0)
+    assert value("lobe_quantile_exponential(float)", u) == pytest.approx(halvings * math.log(2), rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("tangent, degrees", [
     (-0.1, 0), (0, 0), (math.sqrt(2) - 1, 45), (1 / math.sqrt(3), 60), (1, 90), (1.1, 90)])
 def test_angles_of_known_half_tangents(tangent, degrees):
-    assert value("lobe_angle(float)", tangent) == pytest.approx(math.radians(degrees), rel=1e-14, abs=0)
+    assert value("lobe_angle_of_half(float)", tangent) == pytest.approx(math.radians(degrees), rel=1e-14, abs=0)
 
 
 def test_peak_of_the_narrowest_and_the_widest_gaussian():

@@ -160,7 +160,7 @@ def test_found_inputs(name, context):
      "* tan(min(i, r)));", "random"),
     ("lobe_circle", None, "float h = 0.5 - abs(u - 0.5); "
      "return vec2(cos(6.28318531 * h), (u > 0.5 ? -1.0 : 1.0) * sin(6.28318531 * h));", "random"),
-    ("lobe_exponential", None, "return -log(1.0 - u);", "random"),
+    ("lobe_quantile_exponential", None, "return -log(1.0 - u);", "random"),
     ("lobe_Beckmann", "lobe_H", "return normalize(V + L);", "policy"),
     ("lobe_Lambert", None, "return albedo * LOBE_INV_PI;", "policy"),
     ("lobe_F_Schlick(float,float)", None, "return f0 + (1.0 - f0) * pow(1.0 - cosI, 5.0);", "policy"),
@@ -285,8 +285,8 @@ def test_sets_follow_from_names():
     assert {"k -> 0"} <= names("lobe_F_conductor(float,float,float)")
     assert {"H -> N"} <= names("lobe_D_GGX_aniso")
     assert {"u -> 0", "u -> 0.25", "u -> 0.5", "u -> 0.75", "u -> 1"} == names("lobe_circle")
-    assert {"u -> 0", "u -> 1"} == names("lobe_exponential")
-    assert {"tanHalf -> 0", "tanHalf -> 1"} == names("lobe_angle")
+    assert {"u -> 0", "u -> 1"} == names("lobe_quantile_exponential")
+    assert {"tanHalf -> 0", "tanHalf -> 1"} == names("lobe_angle_of_half")
     assert {"alpha -> 0.0001", "alpha -> 1"} == names("lobe_peak_Gaussian")
 
 

@@ -80,10 +80,10 @@ inline Vec2 lobe_circle(double u) {
 
 // Where the share u of an exponential distribution of mean 1 is passed: the cdf is 1 - exp(-x). u ends at the float
 // that a shader's 0.9999999 is, 1 - 2^-23.
-inline double lobe_exponential(double u) { return -std::log1p(-std::clamp<double>(u, 0, 0.9999999f)); }
+inline double lobe_quantile_exponential(double u) { return -std::log1p(-std::clamp<double>(u, 0, 0.9999999f)); }
 
 // The angle, up to a right one, of which the tangent of the half is given.
-inline double lobe_angle(double tanHalf) { return 2 * std::atan(std::clamp(tanHalf, 0.0, 1.0)); }
+inline double lobe_angle_of_half(double tanHalf) { return 2 * std::atan(std::clamp(tanHalf, 0.0, 1.0)); }
 
 // Where the first number of a sampler turns its draw to.
 inline double drawn_azimuth(double u) { return 2 * std::numbers::pi * u; }
@@ -104,8 +104,8 @@ template <class P> double mirrored_density(Vec3 N, Vec3 V, Vec3 L, P p) {
 }
 
 LOBE_MODEL(core, LOBE_FUNCTION(double, lobe_alpha, (double roughness)),
-           LOBE_FUNCTION(Vec2, lobe_circle, (double u)), LOBE_FUNCTION(double, lobe_exponential, (double u)),
-           LOBE_FUNCTION(double, lobe_angle, (double tanHalf)),
+           LOBE_FUNCTION(Vec2, lobe_circle, (double u)), LOBE_FUNCTION(double, lobe_quantile_exponential, (double u)),
+           LOBE_FUNCTION(double, lobe_angle_of_half, (double tanHalf)),
            LOBE_FUNCTION(Vec3, lobe_H, (Vec3 V, Vec3 L)),
            LOBE_FUNCTION(Vec2, lobe_cosines, (Vec3 N, Vec3 V, Vec3 L, Vec3 H)),
            LOBE_FUNCTION(double, lobe_LdotH, (Vec3 V, Vec3 L)), LOBE_FUNCTION(double, lobe_sin2_NH, (Vec3 N, Vec3 H)))

@@ -80,58 +80,58 @@ TEST(Core, CircleEndsAtAFullTurn) {
 // Half of what is left is passed every ln 2: 1 - 2^-k is a float up to k = 23, where u ends.
 TEST(Core, ExponentialHalvesWhatIsLeftInEqualSteps) {
     for (int k = 0; k <= 23; ++k)
-        EXPECT_NEAR(lobe_exponential(1 - std::exp2(-k)), k * std::numbers::ln2, ROUNDING * k) << k;
+        EXPECT_NEAR(lobe_quantile_exponential(1 - std::exp2(-k)), k * std::numbers::ln2, ROUNDING * k) << k;
 }
 
 TEST(Core, ExponentialKeepsTheDigitsOfSmallShares) {
     for (double u : {1e-300, 1e-30, 1e-10, 1e-6, 1e-4})
-        EXPECT_NEAR(lobe_exponential(u) / u, 1 + u * (1 / 2.0 + u * (1 / 3.0 + u / 4)), ROUNDING) << u;
+        EXPECT_NEAR(lobe_quantile_exponential(u) / u, 1 + u * (1 / 2.0 + u * (1 / 3.0 + u / 4)), ROUNDING) << u;
 }
 
 // A wait that has lasted is as long from then on as a new one: of what u leaves, v more is passed at the sum of both.
 TEST(Core, ExponentialHasNoMemory) {
     for (double u : {1e-9, 0.01, 0.3, 0.77, 0.999})
         for (double v : {1e-12, 0.05, 0.5, 0.98}) {
-            const double both = lobe_exponential(u) + lobe_exponential(v), slope = 1 / ((1 - u) * (1 - v));
-            EXPECT_NEAR(lobe_exponential(u + v - u * v), both, ROUNDING * both + 0x1p-52 * slope) << u << ' ' << v;
+            const double both = lobe_quantile_exponential(u) + lobe_quantile_exponential(v), slope = 1 / ((1 - u) * (1 - v));
+            EXPECT_NEAR(lobe_quantile_exponential(u + v - u * v), both, ROUNDING * both + 0x1p-52 * slope) << u << ' ' << v;
         }
 }
 
 TEST(Core, ExponentialEndsAtTheFloatBelowOne) {
-    for (double u : {-0.0, -1e-300, -0.5, -1e300}) EXPECT_EQ(lobe_exponential(u), 0) << u;
-    EXPECT_LT(lobe_exponential(1 - 0x1p-22), lobe_exponential(1 - 0x1p-23));
-    for (double u : {0.9999999, 1.0, 1.5, 1e300}) EXPECT_EQ(lobe_exponential(u), lobe_exponential(1 - 0x1p-23)) << u;
+    for (double u : {-0.0, -1e-300, -0.5, -1e300}) EXPECT_EQ(lobe_quantile_exponential(u), 0) << u;
+    EXPECT_LT(lobe_quantile_exponential(1 - 0x1p-22), lobe_quantile_exponential(1 - 0x1p-23));
+    for (double u : {0.9999999, 1.0, 1.5, 1e300}) EXPECT_EQ(lobe_quantile_exponential(u), lobe_quantile_exponential(1 - 0x1p-23)) << u;
 }
 
 // The tangents of halves of 2 pi / n are radicals.
 TEST(Core, AngleOfKnownTangents) {
-    EXPECT_EQ(lobe_angle(0), 0);
-    EXPECT_NEAR(lobe_angle(1) / (PI / 2), 1, ROUNDING);
-    EXPECT_NEAR(lobe_angle(std::sqrt(5 - 2 * std::sqrt(5))) / (2 * PI / 5), 1, ROUNDING);
-    EXPECT_NEAR(lobe_angle(1 / std::sqrt(3)) / (PI / 3), 1, ROUNDING);
-    EXPECT_NEAR(lobe_angle(std::sqrt(2) - 1) / (PI / 4), 1, ROUNDING);
-    EXPECT_NEAR(lobe_angle(std::sqrt(1 - 2 / std::sqrt(5))) / (PI / 5), 1, ROUNDING);
-    EXPECT_NEAR(lobe_angle(2 - std::sqrt(3)) / (PI / 6), 1, ROUNDING);
+    EXPECT_EQ(lobe_angle_of_half(0), 0);
+    EXPECT_NEAR(lobe_angle_of_half(1) / (PI / 2), 1, ROUNDING);
+    EXPECT_NEAR(lobe_angle_of_half(std::sqrt(5 - 2 * std::sqrt(5))) / (2 * PI / 5), 1, ROUNDING);
+    EXPECT_NEAR(lobe_angle_of_half(1 / std::sqrt(3)) / (PI / 3), 1, ROUNDING);
+    EXPECT_NEAR(lobe_angle_of_half(std::sqrt(2) - 1) / (PI / 4), 1, ROUNDING);
+    EXPECT_NEAR(lobe_angle_of_half(std::sqrt(1 - 2 / std::sqrt(5))) / (PI / 5), 1, ROUNDING);
+    EXPECT_NEAR(lobe_angle_of_half(2 - std::sqrt(3)) / (PI / 6), 1, ROUNDING);
 }
 
 // Angles add up as complex numbers multiply: Machin 1706, Euler 1755.
 TEST(Core, AnglesAddUpToTurns) {
-    EXPECT_NEAR(2 * lobe_angle(1 / 5.0) - lobe_angle(1 / 239.0) / 2, PI / 4, ROUNDING);
-    EXPECT_NEAR(5 * lobe_angle(1 / 7.0) + 2 * lobe_angle(3 / 79.0), PI / 2, ROUNDING);
+    EXPECT_NEAR(2 * lobe_angle_of_half(1 / 5.0) - lobe_angle_of_half(1 / 239.0) / 2, PI / 4, ROUNDING);
+    EXPECT_NEAR(5 * lobe_angle_of_half(1 / 7.0) + 2 * lobe_angle_of_half(3 / 79.0), PI / 2, ROUNDING);
 }
 
 TEST(Core, AngleIsThatOfTheRationalPointOfTheCircle) {
     for (int i = 0; i <= 1000; ++i) {
-        const double t = i / 1000.0, angle = lobe_angle(t);
+        const double t = i / 1000.0, angle = lobe_angle_of_half(t);
         EXPECT_NEAR(std::cos(angle), (1 - t) * (1 + t) / (1 + t * t), ROUNDING) << t;
         EXPECT_NEAR(std::sin(angle), 2 * t / (1 + t * t), ROUNDING) << t;
     }
-    for (double t : {1e-300, 1e-30, 1e-8, 1e-4}) EXPECT_NEAR(lobe_angle(t) / (2 * t), 1 - t * t / 3, ROUNDING) << t;
+    for (double t : {1e-300, 1e-30, 1e-8, 1e-4}) EXPECT_NEAR(lobe_angle_of_half(t) / (2 * t), 1 - t * t / 3, ROUNDING) << t;
 }
 
 TEST(Core, AngleEndsAtARightOne) {
-    for (double t : {-0.0, -1e-300, -0.5, -1e300}) EXPECT_EQ(lobe_angle(t), 0) << t;
-    for (double t : {1 + 0x1p-52, 1.5, 1e300}) EXPECT_EQ(lobe_angle(t), lobe_angle(1)) << t;
+    for (double t : {-0.0, -1e-300, -0.5, -1e300}) EXPECT_EQ(lobe_angle_of_half(t), 0) << t;
+    for (double t : {1 + 0x1p-52, 1.5, 1e300}) EXPECT_EQ(lobe_angle_of_half(t), lobe_angle_of_half(1)) << t;
 }
 
 TEST(GGX, ProjectedAreaOfFacetsIsOne) {
