@@ -39,6 +39,8 @@ struct Vertex {
     double NdotV = local_V.z;
     Vec3 mirror{0};        // reflectance
     double glass = 0, eta = 1;  // reflectance of glass, index of the far side over that of V's
+    const Guide::Cell* cell = nullptr;
+    double guided = 0;          // share of the guide among the directions of the lobes
     double lobes = 0, all = 0;  // shares of all lobes and of all together among the directions that are drawn
 };
 
@@ -55,8 +57,8 @@ struct Branch {
 // One thread's tracer: lobes keep their vectors among their arguments.
 class Tracer {
 public:
-    Tracer(const Scene& scene, const RenderSettings& settings)
-        : scene_(scene), settings_(settings), sources_(scene.sources()), chances_(sources_.size(), 1.0),
+    Tracer(const Scene& scene, const RenderSettings& settings, const Guide& guide)
+        : scene_(scene), settings_(settings), guide_(guide), sources_(scene.sources()), chances_(sources_.size(), 1.0),
           by_source_(sources_.size(), Vec3(0)) {
         for (const Scene::Object& o : scene.objects()) materials_.push_back(o.material);
         for (const Source& s : sources_) has_extent_ |= !std::holds_alternative<Light>(s);
@@ -91,8 +93,14 @@ private:
         for (Lobe& lobe : v.material.lobes) sum += lobe(L);
         return sum;
     }
-    // With which the lobes draw L, among all that is drawn.
+    // With which the lobes, guided or not, draw L, among all that is drawn.
     double density(const Vertex& v, const Vec3& local_L) const {
+        const double unguided = lobe_density(v, local_L);
+        if (!v.cell) return unguided;
+        const double guide = v.cell->density(v.frame.to_world(local_L)) * v.lobes / v.all;
+        return v.guided * guide + (1 - v.guided) * unguided;
+    }
+    double lobe_density(const Vertex& v, const Vec3& local_L) const {
         double sum = 0;
         for (std::size_t i = 0; i < v.material.lobes.size(); ++i)
             sum += shares_[i] * v.material.lobes[i].proposal.density(v.local_V, local_L);
@@ -101,6 +109,7 @@ private:
 
     const Scene& scene_;
     const RenderSettings& settings_;
+    const Guide& guide_;
     const std::vector<Source>& sources_;
     const Environment* environment_ = nullptr;
     bool has_extent_ = false;
@@ -110,7 +119,8 @@ private:
     std::vector<Branch> branches_;   // that wait
     // of the branch
     Vec3 throughput_;
-    double widening_;  // of solid angles by refraction: it thins radiance out but takes no light
+    double widening_;  // of solid angles by refraction, and of few directions by the guide: it thins radiance out but
+                       // takes no light
     // of the last vertex
     Vec3 origin_;
     int candidates_;               // among which its light was chosen
@@ -188,12 +198,16 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     origin_ = v.surface.position;
     shares_.clear();
     candidates_ = 1;
+    double broad = 0;
     for (Lobe& lobe : v.material.lobes) {
         if (lobe.proposal.glossy()) candidates_ = CANDIDATES;
         lobe.turn(v.surface.N, v.surface.T, V);
         shares_.push_back(!front ? 0 : alone ? 1 : lobe.albedo(v.NdotV));
         v.lobes += shares_.back();
+        if (!lobe.proposal.glossy()) broad += shares_.back();
     }
+    if (broad > 0) v.cell = guide_.at(origin_);
+    if (v.cell) v.guided = v.cell->chance() * broad / v.lobes;
     v.all = v.lobes;
     if (m.mirror && front) v.mirror = m.mirror->reflectance(v.NdotV);
     if (m.glass) {
@@ -302,11 +316,14 @@ Ray Tracer::go(const Vertex& v, Way way) {
 }
 
 bool Tracer::scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u) {
-    const Vec3 local_L = proposal.sample(v.local_V, u);
+    const bool guided = u.x < v.guided;
+    u.x = guided ? u.x / v.guided : (u.x - v.guided) / (1 - v.guided);
+    const Vec3 local_L = guided ? v.frame.to_local(v.cell->sample(u)) : proposal.sample(v.local_V, u);
     if (!(local_L.z > 0)) return false;
     const Vec3 L = v.frame.to_world(local_L);
     density_ = density(v, local_L);
     if (!(density_ > 0)) return false;
+    if (v.cell) widening_ *= density_ / lobe_density(v, local_L);
     throughput_ *= f(v, L) * (local_L.z / density_);
     ray = scene_.leaving(v.found, L);
     return throughput_ != Vec3(0);
@@ -341,13 +358,14 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     for (const Vec3& v : places) print.add(v);
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
                        .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance)
-                       .add(settings.adaptive).value();
+                       .add(settings.adaptive).add(settings.guided).value();
 }
 
 void Render::advance(int samples) {
     if (scene_.version() != version_)
         throw std::invalid_argument("the scene has changed since the render was made; make a new one");
     while (samples > 0 && !finished()) {
+        aim();
         const int step = std::min(samples, next_look(samples_) - samples_);
         add_samples(step);
         samples -= step;
@@ -360,6 +378,19 @@ void Render::advance(int samples) {
     }
 }
 
+// As many photons as cost about a tenth of the time of all samples up to the last look: a function of the turns, however
+// they are split into calls.
+void Render::aim() {
+    if (!settings_.guided) return;
+    constexpr double FEWEST = 1 << 17, MOST = 1 << 20;
+    const int look = samples_ < Shares::FIRST_LOOK ? Shares::FIRST_LOOK : next_look(samples_) / 2;
+    const double wanted = static_cast<double>(film_.pixels()) * look / 8;
+    const auto photons = static_cast<std::size_t>(std::clamp(wanted, FEWEST, MOST));
+    if (photons == photons_) return;
+    guide_ = Guide(scene_, settings_.depth, photons);
+    photons_ = photons;
+}
+
 // Samples of a pixel that the next `count` turns bring.
 int Render::due(std::size_t pixel, int count) const {
     if (!shares_) return count;
@@ -368,7 +399,7 @@ int Render::due(std::size_t pixel, int count) const {
 }
 
 void Render::add_samples(int count) {
-    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_); });
+    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_, guide_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
     const int look = next_look(samples_);
     const auto render_pixel = [&](Tracer& tracer, int x, int y) {

@@ -3,6 +3,7 @@
 
 #include "camera.h"
 #include "film.h"
+#include "guide.h"
 #include "scene.h"
 #include "shares.h"
 
@@ -23,6 +24,7 @@ struct RenderSettings {
     // even, but nobody knows how good it is.
     bool variance = true;
     bool adaptive = false;  // pixels whose neighbours are noisier get more samples
+    bool guided = true;     // towards light that comes through glass or off mirrors, by photons
 };
 
 // One picture that gets better as long as one likes. The scene must outlive it and must not change.
@@ -55,6 +57,7 @@ public:
 
 private:
     void add_samples(int count);
+    void aim();
     void finish_tiles();
     int due(std::size_t pixel, int count) const;
     // Hands the arrays that make up the state to visit(data, count).
@@ -72,6 +75,8 @@ private:
     Film film_;
     std::vector<LayerFilm> layers_;
     std::optional<Shares> shares_;
+    Guide guide_;
+    std::size_t photons_ = 0;  // that the guide has been made of
     std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average
     double target_ = 0;
 };
