@@ -25,10 +25,12 @@ SIZE = (800, 560)
 @pytest.fixture(scope="module")
 def viewer(tmp_path_factory):
     display = Display()
-    session = Session(display, tmp_path_factory.mktemp("viewer"), SIZE)
-    yield session
-    assert session.close() == 0
-    display.close()
+    try:
+        session = Session(display, tmp_path_factory.mktemp("viewer"), SIZE)
+        yield session
+        assert session.close() == 0
+    finally:
+        display.close()
 
 
 def fresh(app):
