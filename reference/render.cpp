@@ -378,13 +378,13 @@ void Render::advance(int samples) {
     }
 }
 
-// As many photons as cost about a tenth of the time of all samples up to the last look: a function of the turns, however
+// As many photons as cost about a fifth of the time of all samples up to the last look: a function of the turns, however
 // they are split into calls.
 void Render::aim() {
     if (!settings_.guided) return;
-    constexpr double FEWEST = 1 << 17, MOST = 1 << 20;
+    constexpr double FEWEST = 1 << 18, MOST = 1 << 20;
     const int look = samples_ < Shares::FIRST_LOOK ? Shares::FIRST_LOOK : next_look(samples_) / 2;
-    const double wanted = static_cast<double>(film_.pixels()) * look / 8;
+    const double wanted = static_cast<double>(film_.pixels()) * look / 4;
     const auto photons = static_cast<std::size_t>(std::clamp(wanted, FEWEST, MOST));
     if (photons == photons_) return;
     guide_ = Guide(scene_, settings_.depth, photons);
