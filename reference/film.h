@@ -11,6 +11,32 @@
 
 namespace lobe {
 
+// A part of a picture, its edges included.
+struct Box {
+    int x0, y0, x1, y1;
+};
+
+// Pixels that share what their paths find: a few, and apart, since of neighbours each tells how noisy the other is
+// (shares.h), and must not know what that one has found.
+struct Companions {
+    static constexpr int SIDE = 4, APART = 2, COUNT = SIDE * SIDE, BLOCK = SIDE * APART;
+
+    static Companions of(int x, int y, int width, int height) {
+        Companions all;
+        const int x0 = x - x % BLOCK + x % APART, y0 = y - y % BLOCK + y % APART;
+        for (int j = y0; j < std::min(y0 + BLOCK, height); j += APART)
+            for (int i = x0; i < std::min(x0 + BLOCK, width); i += APART) all.x[all.count] = i, all.y[all.count++] = j;
+        return all;
+    }
+    static Companions none(int x, int y) { return {1, {x}, {y}}; }
+
+    bool begins(int i, int j) const { return x[0] == i && y[0] == j; }
+    // Where they and all of their neighbours are.
+    Box around() const { return {x[0] - 1, y[0] - 1, x[count - 1] + 1, y[count - 1] + 1}; }
+
+    int count = 0, x[COUNT], y[COUNT];
+};
+
 // The samples of a pixel fall by turns to two halves, each with a sequence of its own. Samples of one sequence depend
 // on each other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of
 // their difference, squared, is an unbiased estimate of the variance of the mean (Rousselle, Knaus, Zwicker, Adaptive
@@ -18,6 +44,7 @@ namespace lobe {
 class Film {
 public:
     static constexpr int TILE = 16, HALVES = 2;
+    static_assert(TILE % Companions::BLOCK == 0);
 
     Film(int width, int height)
         : width(width), height(height), tiles_x((width + TILE - 1) / TILE), tiles_y((height + TILE - 1) / TILE),

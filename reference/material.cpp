@@ -81,6 +81,7 @@ Lobe::Lobe(const std::string& key, const Parameters& parameters) {
     };
     N_ = offset("N"), T_ = offset("T"), V_ = offset("V"), L_ = offset("L");
     turned_ = f.find("T");
+    uniform_ = f.name == "lobe_Lambert";
     choose(candidates(parameters));
 }
 

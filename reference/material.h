@@ -36,6 +36,7 @@ public:
     double albedo(double NdotV) const;
 
     bool turned() const { return turned_; }  // takes a tangent
+    bool uniform() const { return uniform_; }  // does not depend on V above the horizon
     std::uint64_t fingerprint() const;
 
 private:
@@ -49,7 +50,7 @@ private:
 
     std::string key_;
     void (*call_)(const double*, double*);
-    bool grey_, turned_;
+    bool grey_, turned_, uniform_;
     std::vector<double> arguments_;  // and behind them room for the vectors that the lobe does not take
     std::size_t N_, T_, V_, L_;      // where they are written
     std::array<double, ANGLES> albedo_{};
@@ -72,6 +73,9 @@ struct Material {
     std::vector<Lobe> lobes;
     std::optional<Mirror> mirror;
     std::optional<Glass> glass;
+
+    // Whether light leaves it to all directions alike.
+    bool uniform() const { return lobes.size() == 1 && lobes.front().uniform() && !mirror && !glass; }
 };
 
 }  // namespace lobe

@@ -14,8 +14,8 @@ namespace {
 // Numbers of the pairs that a path uses up: one for the pixel, and at each vertex these.
 enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, CHOICE = 4, PER_VERTEX = 4 };
 
-// Directions to lights among which a vertex with a glossy lobe chooses. Per CPU time, gold in a probe does best with 8, by
-// little before 4 and 6; where lobes see nearly all light alike, one is enough.
+// Directions to lights among which a vertex with a glossy lobe chooses. Per CPU time, gold in a probe does best with 8,
+// by little before 4 and 6; where lobes see nearly all light alike, one is enough.
 constexpr int CANDIDATES = 8;
 
 // A path that has met nothing but glass goes both ways at so many of its first interactions, reflected and refracted: what
@@ -54,30 +54,67 @@ struct Branch {
     int interactions;
 };
 
+// Radiance, and what each light has to do with it where layers are asked for.
+struct Sum {
+    void clear(std::size_t sources) { all = Vec3(0), by_source.assign(sources, Vec3(0)); }
+    void scale(double factor) {
+        all *= factor;
+        for (Vec3& light : by_source) light *= factor;
+    }
+    void add(const Sum& other, const Vec3& factor) {
+        all += other.all * factor;
+        for (std::size_t i = 0; i < by_source.size(); ++i) by_source[i] += other.by_source[i] * factor;
+    }
+
+    Vec3 all;
+    std::vector<Vec3> by_source;
+};
+
+// A path from a pixel on, split behind its second vertex, whose light may go to other pixels, too.
+struct Path {
+    Ray ray;
+    Samples* points;
+    Sum sum;  // what comes along it
+
+    std::optional<Scene::Found> first, second;  // vertices, as far as its depth allows for light from them
+    Vec3 throughput;  // up to the second one
+    bool shared;      // from which light leaves to all sides alike, and where lobes have sent it
+    Sum rest;         // that light
+    double alone;     // mean of what comes along it without the light of others
+};
+
 // One thread's tracer: lobes keep their vectors among their arguments.
 class Tracer {
 public:
     Tracer(const Scene& scene, const RenderSettings& settings, const Guide& guide)
-        : scene_(scene), settings_(settings), guide_(guide), sources_(scene.sources()), chances_(sources_.size(), 1.0),
-          by_source_(sources_.size(), Vec3(0)) {
+        : scene_(scene), settings_(settings), guide_(guide), sources_(scene.sources()), chances_(sources_.size(), 1.0) {
         for (const Scene::Object& o : scene.objects()) materials_.push_back(o.material);
         for (const Source& s : sources_) has_extent_ |= !std::holds_alternative<Light>(s);
         if (!sources_.empty()) environment_ = std::get_if<Environment>(&sources_.back());
     }
 
-    // What comes along the ray towards its origin.
-    Vec3 radiance(Ray ray, Samples& points);
-    // What each light has to do with it, if settings ask for layers. Then it begins anew.
-    std::vector<Vec3>& by_source() { return by_source_; }
+    // Finds what comes along the rays of some paths.
+    void trace(Path* paths, int count);
 
-    Samples points[Film::HALVES];  // of the pixel
+    Path paths[Companions::COUNT];
+    Samples points[Companions::COUNT][Film::HALVES];  // of the pixels
 
 private:
     void add(int source, const Vec3& radiance) {
-        sum_ += radiance;
-        if (settings_.layers) by_source_[source] += radiance;
+        sum_->all += radiance;
+        if (settings_.layers) sum_->by_source[source] += radiance;
     }
-    void follow(const Branch& branch, Samples& points);
+    void begin(Path& path);
+    void follow(Ray ray, Samples& points, int interactions);
+    void follow_branches(std::size_t waiting, Samples& points);
+    std::optional<Scene::Found> arrive(const Ray& ray);
+    bool interact(const Scene::Found& found, Ray& ray, Samples& points, int interactions);
+    void share(Path* paths, int count);
+    struct Link {
+        Vec3 throughput{0};
+        double density = 0;  // per area
+    };
+    Link link(const Vertex& v, const Scene::Found& to, bool drawn);
     void add_emission(const std::optional<Scene::Found>& found, const Vec3& direction);
     Vertex meet(const Scene::Found& found, const Vec3& V);
     void add_direct(const Vertex& v, Vec2 u, double choice);
@@ -115,8 +152,9 @@ private:
     bool has_extent_ = false;
     std::vector<Material> materials_;
 
-    Vec3 sum_;                       // of all branches
-    std::vector<Branch> branches_;   // that wait
+    // of the path
+    Sum* sum_;
+    std::vector<Branch> branches_;  // that wait
     // of the branch
     Vec3 throughput_;
     double widening_;  // of solid angles by refraction, and of few directions by the guide: it thins radiance out but
@@ -127,44 +165,119 @@ private:
     double density_;               // with which its lobes have drawn the direction of the path
     std::vector<double> shares_;   // of its lobes among the directions, and of mirror, glass' reflection and refraction
     std::vector<double> chances_;  // of the lights to be drawn from
-    std::vector<Vec3> by_source_;
 };
 
-Vec3 Tracer::radiance(Ray ray, Samples& points) {
-    sum_ = Vec3(0);
-    branches_.push_back({ray, Vec3(1), 1, 0});
-    while (!branches_.empty()) {
-        const Branch branch = branches_.back();
-        branches_.pop_back();
-        follow(branch, points);
+void Tracer::trace(Path* paths, int count) {
+    bool shared = false;
+    for (Path* p = paths; p != paths + count; ++p) {
+        begin(*p);
+        p->shared &= count > 1;
+        shared |= p->shared;
+        p->alone = mean(p->sum.all);
+        if (p->second) p->alone += mean(p->throughput * p->rest.all);
+        if (p->second && !p->shared) p->sum.add(p->rest, p->throughput);
     }
-    return sum_;
+    if (shared) share(paths, count);
 }
 
-void Tracer::follow(const Branch& branch, Samples& points) {
-    throughput_ = branch.throughput, widening_ = branch.widening, density_ = NO_EXTENT;
-    Ray ray = branch.ray;
-    for (int interactions = branch.interactions;; ++interactions) {
-        const std::uint32_t first = interactions * PER_VERTEX;
-        const auto found = scene_.find(ray, Detail::normals);
-        add_emission(found, ray.direction);
-        if (!found || interactions == settings_.depth) break;
-
-        const Vertex v = meet(*found, -ray.direction);
-        if (v.lobes > 0)
-            add_direct(v, points.pair(first + LIGHT), candidates_ > 1 ? points.pair(first + CHOICE).x : 0);
-        if (splits(v, interactions)) {
-            const Vec3 throughput = throughput_;
-            branches_.push_back({go(v, REFLECTION), throughput_, widening_, interactions + 1});
-            throughput_ = throughput;
-            ray = go(v, REFRACTION);
-            continue;
-        }
-        const bool may_end = interactions + 1 >= settings_.roulette, chosen = v.all > v.lobes;
-        const Vec2 chance = may_end || chosen ? points.pair(first + CHANCE) : Vec2(0);
-        if (!scatter(v, ray, points.pair(first + DIRECTION), chance.x)) break;
-        if (may_end && !survives(chance.y)) break;
+// Follows the path, and leaves what comes from behind its second vertex in its rest.
+void Tracer::begin(Path& path) {
+    const std::size_t sources = settings_.layers ? sources_.size() : 0;
+    Samples& points = *path.points;
+    Ray ray = path.ray;
+    path.sum.clear(sources), path.second.reset(), path.shared = false;
+    sum_ = &path.sum, throughput_ = Vec3(1), widening_ = 1, density_ = NO_EXTENT;
+    path.first = arrive(ray);
+    if (!path.first || settings_.depth == 0) return path.first.reset();
+    if (interact(*path.first, ray, points, 0)) {
+        path.throughput = throughput_;
+        path.second = arrive(ray);
+        if (settings_.depth == 1) path.second.reset();
     }
+    if (path.second) {
+        path.shared = density_ != NO_EXTENT && scene_.objects()[path.second->object].material.uniform() &&
+                      path.second->surface.N.dot(ray.direction) < 0;
+        const double brightest = std::max({throughput_.x, throughput_.y, throughput_.z});
+        const std::size_t waiting = branches_.size();
+        path.rest.clear(sources);
+        sum_ = &path.rest, throughput_ = Vec3(brightest);  // as roulette wants it; taken out again below
+        if (interact(*path.second, ray, points, 1)) follow(ray, points, 2);
+        follow_branches(waiting, points);
+        path.rest.scale(1 / brightest);
+    }
+    sum_ = &path.sum;
+    follow_branches(0, points);
+}
+
+void Tracer::follow(Ray ray, Samples& points, int interactions) {
+    for (;; ++interactions) {
+        const auto found = arrive(ray);
+        if (!found || interactions == settings_.depth || !interact(*found, ray, points, interactions)) return;
+    }
+}
+
+// All but those that had been waiting before.
+void Tracer::follow_branches(std::size_t waiting, Samples& points) {
+    while (branches_.size() > waiting) {
+        const Branch branch = branches_.back();
+        branches_.pop_back();
+        throughput_ = branch.throughput, widening_ = branch.widening, density_ = NO_EXTENT;
+        follow(branch.ray, points, branch.interactions);
+    }
+}
+
+// Where the ray meets a surface, whose light it adds.
+std::optional<Scene::Found> Tracer::arrive(const Ray& ray) {
+    auto found = scene_.find(ray, Detail::normals);
+    add_emission(found, ray.direction);
+    return found;
+}
+
+// Adds the direct light there, and sends the path on. False where it ends.
+bool Tracer::interact(const Scene::Found& found, Ray& ray, Samples& points, int interactions) {
+    const std::uint32_t first = interactions * PER_VERTEX;
+    const Vertex v = meet(found, -ray.direction);
+    if (v.lobes > 0)
+        add_direct(v, points.pair(first + LIGHT), candidates_ > 1 ? points.pair(first + CHOICE).x : 0);
+    if (splits(v, interactions)) {
+        const Vec3 throughput = throughput_;
+        branches_.push_back({go(v, REFLECTION), throughput_, widening_, interactions + 1});
+        throughput_ = throughput;
+        ray = go(v, REFRACTION);
+        return true;
+    }
+    const bool may_end = interactions + 1 >= settings_.roulette, chosen = v.all > v.lobes;
+    const Vec2 chance = may_end || chosen ? points.pair(first + CHANCE) : Vec2(0);
+    return scatter(v, ray, points.pair(first + DIRECTION), chance.x) && (!may_end || survives(chance.y));
+}
+
+// Gives the light of all second vertices to all first ones that see them: Bekaert, Sbert, Halton, Accelerating path
+// tracing by re-using paths, EGRW 2002. A vertex might have been drawn from any of the first ones; what it brings is
+// weighted by the sum of their densities, so that nothing is counted twice.
+void Tracer::share(Path* paths, int count) {
+    Link links[Companions::COUNT][Companions::COUNT];  // second, first
+    for (int i = 0; i < count; ++i) {
+        if (!paths[i].first) continue;
+        const Vertex v = meet(*paths[i].first, -paths[i].ray.direction);
+        for (int k = 0; k < count; ++k)
+            if (paths[k].shared) links[k][i] = link(v, *paths[k].second, i == k);
+    }
+    for (int k = 0; k < count; ++k) {
+        double density = 0;
+        for (int i = 0; i < count; ++i) density += links[k][i].density;
+        for (int i = 0; i < count; ++i)
+            if (links[k][i].density > 0) paths[i].sum.add(paths[k].rest, links[k][i].throughput / density);
+    }
+}
+
+// From a vertex to the second one of a path, whose way is known to be free if it was drawn from there.
+Tracer::Link Tracer::link(const Vertex& v, const Scene::Found& to, bool drawn) {
+    const Vec3 way = to.surface.position - v.surface.position, L = way.normalized();
+    const double cos = v.surface.N.dot(L);
+    if (!(cos > 0 && to.surface.N.dot(L) < 0)) return {};
+    const double lobes = density(v, v.frame.to_local(L)), per_area = std::abs(to.surface.facing.dot(L)) / way.length2();
+    if (!(lobes > 0) || !(drawn || scene_.visible(v.found, to))) return {};
+    return {f(v, L) * (cos * per_area), lobes * per_area};
 }
 
 // Light that the path has run into. What the lobes have drawn might have been drawn from the lights as well.
@@ -350,15 +463,19 @@ int next_look(int samples) {
 Render::Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings)
     : scene_(scene), view_(camera.view(width, height)), settings_(settings), version_(scene.version()),
       film_(width, height) {
+    const auto& objects = scene.objects();
+    // Before the second vertex nothing may end by chance: densities know nothing of that.
+    shares_light_ = settings.share && settings.depth > 1 && settings.roulette > 1 &&
+                    std::any_of(objects.begin(), objects.end(), [](auto& o) { return o.material.uniform(); });
     if (settings.layers)
         layers_.assign(scene.sources().size(), LayerFilm(film_.pixels(), Vec3(0)));
-    if (settings.adaptive) shares_.emplace(width, height);
+    if (settings.adaptive) shares_.emplace(width, height, shares_light_);
     const Vec3 places[] = {view_.eye, view_.corner, view_.per_x, view_.per_y};
     Fingerprint print;
     for (const Vec3& v : places) print.add(v);
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
                        .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance)
-                       .add(settings.adaptive).add(settings.guided).value();
+                       .add(settings.adaptive).add(settings.guided).add(settings.share).value();
 }
 
 void Render::advance(int samples) {
@@ -391,37 +508,63 @@ void Render::aim() {
     photons_ = photons;
 }
 
-// Samples of a pixel that the next `count` turns bring.
-int Render::due(std::size_t pixel, int count) const {
-    if (!shares_) return count;
-    const int turns = samples_ - (samples_ < Shares::FIRST_LOOK ? 0 : next_look(samples_) / 2);  // since the last look
-    return shares_->samples(pixel, turns + count) - shares_->samples(pixel, turns);
+// Samples of a pixel that a turn brings.
+int Render::due(std::size_t pixel, int turn) const {
+    if (!shares_) return 1;
+    const int turns = turn - (turn < Shares::FIRST_LOOK ? 0 : next_look(turn) / 2);  // since the last look
+    return shares_->samples(pixel, turns + 1) - shares_->samples(pixel, turns);
 }
 
 void Render::add_samples(int count) {
     oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_, guide_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
-    const int look = next_look(samples_);
-    const auto render_pixel = [&](Tracer& tracer, int x, int y) {
-        const std::size_t pixel = film_.pixel(x, y);
-        const int done = film_.samples(pixel), end = done + due(pixel, count);
-        const int halves = settings_.variance ? Film::HALVES : 1;
-        for (int k = 0; k < halves; ++k) tracer.points[k].begin(sequence + Film::HALVES * pixel + k);
-        for (int i = done; i < end; ++i) {
-            Samples& points = tracer.points[i % halves];
-            points.take(i / halves);
-            const Vec2 p = points.pair(POSITION);
-            const Vec3 radiance = tracer.radiance(view_.ray(x + p.x, y + p.y), points);
-            film_.add(pixel, radiance);
-            if (shares_) shares_->witness(pixel, i, mean(radiance), look);
-            for (std::size_t k = 0; k < layers_.size(); ++k)
-                layers_[k][pixel] += std::exchange(tracer.by_source()[k], Vec3(0));
+    const int look = next_look(samples_), halves = settings_.variance ? Film::HALVES : 1;
+
+    const auto keep = [&](std::size_t pixel, int i, const Path& path) {
+        const Sum& sum = path.sum;
+        film_.add(pixel, sum.all);
+        if (shares_) shares_->witness(pixel, i, path.alone, look);
+        for (std::size_t k = 0; k < layers_.size(); ++k) layers_[k][pixel] += sum.by_source[k];
+    };
+    // In a turn, the k-th samples of the pixels share, but only those of the same half, for halves are independent.
+    const auto render = [&](Tracer& tracer, const Companions& pixels) {
+        int ends[Companions::COUNT];
+        for (int m = 0; m < pixels.count; ++m)
+            for (int half = 0; half < halves; ++half)
+                tracer.points[m][half].begin(sequence + Film::HALVES * film_.pixel(pixels.x[m], pixels.y[m]) + half);
+        for (int turn = samples_; turn < samples_ + count; ++turn) {
+            int most = 0;
+            for (int m = 0; m < pixels.count; ++m) {
+                const std::size_t pixel = film_.pixel(pixels.x[m], pixels.y[m]);
+                const int samples = due(pixel, turn);
+                ends[m] = film_.samples(pixel) + samples, most = std::max(most, samples);
+            }
+            for (int k = 0; k < most; ++k)
+                for (int half = 0; half < halves; ++half) {
+                    std::size_t whose[Companions::COUNT];
+                    int paths = 0;
+                    for (int m = 0; m < pixels.count; ++m) {
+                        const int x = pixels.x[m], y = pixels.y[m], i = film_.samples(film_.pixel(x, y));
+                        if (i >= ends[m] || i % halves != half) continue;
+                        Samples& points = tracer.points[m][half];
+                        points.take(i / halves);
+                        const Vec2 p = points.pair(POSITION);
+                        tracer.paths[paths].ray = view_.ray(x + p.x, y + p.y), tracer.paths[paths].points = &points;
+                        whose[paths++] = film_.pixel(x, y);
+                    }
+                    tracer.trace(tracer.paths, paths);
+                    for (int j = 0; j < paths; ++j) keep(whose[j], film_.samples(whose[j]), tracer.paths[j]);
+                }
         }
     };
     parallel_for(film_.tiles(), [&](std::size_t t) {
         if (film_.finished(t)) return;
         Tracer& tracer = tracers.local();
-        film_.for_pixels(t, [&](int x, int y) { render_pixel(tracer, x, y); });
+        film_.for_pixels(t, [&](int x, int y) {
+            const Companions pixels =
+                shares_light_ ? Companions::of(x, y, film_.width, film_.height) : Companions::none(x, y);
+            if (pixels.begins(x, y)) render(tracer, pixels);
+        });
     });
 }
 

@@ -25,6 +25,8 @@ struct RenderSettings {
     bool variance = true;
     bool adaptive = false;  // pixels whose neighbours are noisier get more samples
     bool guided = true;     // towards light that comes through glass or off mirrors, by photons
+    // Pixels that are near share the light that their paths find on Lambertian surfaces. Their noise is then alike.
+    bool share = true;
 };
 
 // One picture that gets better as long as one likes. The scene must outlive it and must not change.
@@ -59,7 +61,7 @@ private:
     void add_samples(int count);
     void aim();
     void finish_tiles();
-    int due(std::size_t pixel, int count) const;
+    int due(std::size_t pixel, int turn) const;
     // Hands the arrays that make up the state to visit(data, count).
     template <class Self, class Visit> static void for_state(Self& self, const Visit& visit) {
         self.film_.for_state(visit);
@@ -75,6 +77,7 @@ private:
     Film film_;
     std::vector<LayerFilm> layers_;
     std::optional<Shares> shares_;
+    bool shares_light_;
     Guide guide_;
     std::size_t photons_ = 0;  // that the guide has been made of
     std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average

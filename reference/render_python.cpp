@@ -29,13 +29,14 @@ void require_variance(const Render& render) {
 }
 
 void make(Render* self, const Scene& scene, const Camera& camera, int width, int height, int depth, int roulette,
-          std::uint64_t seed, const std::string& strategy_name, bool layers, bool variance, bool adaptive, bool guided) {
+          std::uint64_t seed, const std::string& strategy_name, bool layers, bool variance, bool adaptive, bool guided,
+          bool share) {
     require(width >= 1, "width", "at least 1", width);
     require(height >= 1, "height", "at least 1", height);
     require(depth >= 0, "depth", "at least 0", depth);
     require(roulette >= 0, "roulette", "at least 0", roulette);
     new (self) Render(scene, camera, width, height,
-                      {depth, roulette, seed, strategy(strategy_name), layers, variance, adaptive, guided});
+                      {depth, roulette, seed, strategy(strategy_name), layers, variance, adaptive, guided, share});
 }
 
 // An array [h, w, channels] from what value(pixel, out) writes for each pixel.
@@ -70,13 +71,14 @@ void bind_render(nb::module_& m) {
                        "the scene has been changed since.")
         .def("__init__", &make, "scene"_a, "camera"_a, "width"_a, "height"_a, "depth"_a = 8, "roulette"_a = 4,
              "seed"_a = 0, "strategy"_a = "mis", "layers"_a = false, "variance"_a = true, "adaptive"_a = false,
-             "guided"_a = true, nb::keep_alive<1, 2>(),
+             "guided"_a = true, "share"_a = true, nb::keep_alive<1, 2>(),
              "depth: interactions with surfaces on the longest path; 0 shows the lights alone, 1 has direct light.\n"
              "roulette: interactions before paths may end by chance. strategy: how directions to lights with an extent\n"
              "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.\n"
              "variance: draw two independent halves, which tell it; without, there is a little less noise, but\n"
              "variance, error and target are refused. adaptive: pixels of more noise get more samples, and no bias.\n"
-             "guided: photons tell from where light comes through glass or off mirrors: less noise, and no bias.")
+             "guided: photons tell from where light comes through glass or off mirrors: less noise, and no bias.\n"
+             "share: pixels that are near share light that their paths have found on Lambertian surfaces.")
         .def("advance", [](Render& r, int samples) {
             require(samples >= 0, "samples", "at least 0", samples);
             nb::gil_scoped_release unlocked;

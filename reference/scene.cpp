@@ -298,6 +298,11 @@ bool Scene::visible(const Found& found, const Vec3& L, double distance) const {
     return reaches(scene_.get(), float_ray(origin, way, endless ? distance : 1));
 }
 
+bool Scene::visible(const Found& from, const Found& to) const {
+    const Vec3 way = to.surface.position - from.surface.position, origin = leaving(from, way).origin;
+    return reaches(scene_.get(), float_ray(origin, leaving(to, -way).origin - origin, 1));
+}
+
 Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {
     const double cosine = found.surface.N.dot(light.L);
     if (!(cosine > 0) || (shadows && !visible(found, light.L, light.distance))) return Vec3(0);

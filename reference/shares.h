@@ -1,6 +1,8 @@
 // Who gets the samples: pixels in proportion to their noise.
 #pragma once
 
+#include "film.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -26,8 +28,8 @@ public:
     static constexpr int BLOCKS = 8, SHORTEST = 2;
     using Blocks = std::array<float, BLOCKS>;
 
-    Shares(int width, int height)
-        : width_(width), height_(height), witnesses_(std::size_t(width) * height, Blocks{}),
+    Shares(int width, int height, bool with_companions)
+        : width_(width), height_(height), with_companions_(with_companions), witnesses_(std::size_t(width) * height, Blocks{}),
           shares_(witnesses_.size(), 1.f) {}
 
     // The i-th sample of a pixel. Only those count that all pixels have by the next look, after so many turns.
@@ -59,9 +61,14 @@ public:
             sum += noise[pixel], ++count;
         });
         for_pixels([&](int x, int y, std::size_t pixel) {
-            // without those on which the pixel itself has had an influence
-            const auto [beside, neighbours] = around(x, y, [&](std::size_t p) { return noise[p]; });
-            const double others = std::max(sum - beside, 0.0) / std::max(double(count) - neighbours, 1.0);
+            // The mean noise, but for those on which the pixel or one of its companions has had an influence. In their
+            // place stand the companions, since what their neighbours tell of them is none of their own doing.
+            const Companions companions = companions_of(x, y);
+            const auto [near, area] = within(companions.around(), [&](std::size_t p) { return noise[p]; });
+            double theirs = 0;
+            for (int i = 0; i < companions.count; ++i)
+                theirs += noise[std::size_t(companions.y[i]) * width_ + companions.x[i]] / companions.count;
+            const double others = std::max(sum - near + theirs * area, 0.0) / double(count);
             const double relative = others > 0 ? std::min(noise[pixel] / others, double(MOST)) : 1;
             const int had = samples(pixel);
             shares_[pixel] = float(even(had + (LEAST + (1 - LEAST) * relative) * turns) - had) / float(turns);
@@ -105,16 +112,21 @@ private:
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) visit(x, y, std::size_t(y) * width_ + x);
     }
-    // The sum of value(pixel) over the pixel's neighbours, without itself, and how many there are.
-    template <class Value> std::pair<double, int> around(int x, int y, const Value& value) const {
+    // The sum of value(pixel) over a part of the picture, and how many pixels there are.
+    template <class Value> std::pair<double, int> within(const Box& box, const Value& value) const {
         double sum = 0;
         int count = 0;
-        for (int j = std::max(y - 1, 0); j <= std::min(y + 1, height_ - 1); ++j)
-            for (int i = std::max(x - 1, 0); i <= std::min(x + 1, width_ - 1); ++i) {
-                if (i == x && j == y) continue;
+        for (int j = std::max(box.y0, 0); j <= std::min(box.y1, height_ - 1); ++j)
+            for (int i = std::max(box.x0, 0); i <= std::min(box.x1, width_ - 1); ++i)
                 sum += value(std::size_t(j) * width_ + i), ++count;
-            }
         return {sum, count};
+    }
+    // The same over the pixel's neighbours, without itself.
+    template <class Value> std::pair<double, int> around(int x, int y, const Value& value) const {
+        const std::size_t itself = std::size_t(y) * width_ + x;
+        const auto [sum, count] = within({x - 1, y - 1, x + 1, y + 1},
+                                         [&](std::size_t p) { return p == itself ? 0 : value(p); });
+        return {sum, count - 1};
     }
 
     template <class Self, class Visit> static void each(Self& self, const Visit& visit) {
@@ -122,7 +134,12 @@ private:
         visit(self.shares_.data(), self.shares_.size());
     }
 
+    Companions companions_of(int x, int y) const {
+        return with_companions_ ? Companions::of(x, y, width_, height_) : Companions::none(x, y);
+    }
+
     int width_, height_;
+    bool with_companions_;
     std::vector<Blocks> witnesses_;
     std::vector<float> shares_;
 };

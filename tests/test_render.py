@@ -275,6 +275,59 @@ def test_both_strategies_agree_on_mirror_glass_and_narrow_lobes(strategy):
     assert abs(a.mean() - b.mean()) < 4 * np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 8)
 
 
+def room(bare=False):
+    """Walls of a box, which scatter light evenly, and what does not: gloss, a mirror, glass, a wall seen from behind."""
+    scene = reference.Scene()
+    for axis in range(3):
+        for sign in (-1, 1) if axis < 2 else (-1,):
+            center = sign * np.eye(3)[axis]
+            scene.set_material(scene.add_plane(center, -center, 1), [(LAMBERT, {"albedo": 0.7 - 0.3 * np.abs(center)})])
+    scene.add_rectangle_light((0, 0.98, 0), (0.4, 0, 0), (0, 0, 0.4), (9, 8, 7))
+    if not bare:
+        gloss = [*lambert(0.3), (GGX, {"f0": WHITE, "alpha": 0.3})]
+        scene.set_material(scene.add_sphere((0.4, -0.6, 0.1), 0.4), gloss)
+        scene.set_material(scene.add_sphere((-0.5, -0.7, 0.3), 0.3), [], glass={"eta": 1.5})
+        scene.set_material(scene.add_sphere((-0.4, 0.2, -0.5), 0.3), lambert(0.4), mirror={"f0": (0.5, 0.4, 0.3)})
+        scene.set_material(scene.add_plane((0, -0.2, -0.3), (0, 0.6, -0.8), 0.3), lambert(0.6))
+        scene.add_point_light((0.5, 0.5, 0.8), (0.5, 0.6, 0.7))
+    return scene, reference.Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), 32)
+
+
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_shared_light_has_no_bias(adaptive):
+    """By the scatter over seeds, since pixels that share are noisy together; 36 pixels a side, so that some have few
+    companions."""
+    scene, camera = room()
+
+    def pictures(share, first):
+        return np.array([rendered(scene, camera, 48, size=36, depth=4, share=share, seed=first + i, adaptive=adaptive,
+                                  variance=adaptive).beauty() for i in range(20)])
+
+    shared, alone = pictures(True, 0), pictures(False, 100)
+    a, b = (np.array([block_means(picture, 4) for picture in stack]) for stack in (shared, alone))
+    z = (a.mean(0) - b.mean(0)) / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / 20)
+    assert np.sqrt(np.mean(z**2)) < 1.3 and np.abs(z).max() < 5
+    a, b = (stack.mean((1, 2, 3)) for stack in (shared, alone))
+    assert abs(a.mean() - b.mean()) < 4 * np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 20) < 0.004 * b.mean()
+
+
+def test_shared_light_has_less_noise():
+    """What is left is mostly direct light, which is not shared."""
+    scene, camera = room(bare=True)
+
+    def variance(share):
+        pictures = [rendered(scene, camera, 16, size=64, depth=4, share=share, seed=seed).beauty() for seed in range(6)]
+        return np.median(np.var(pictures, axis=0))
+
+    assert variance(True) < 0.5 * variance(False)
+
+
+def test_layers_of_shared_light_add_up_to_it():
+    scene, camera = room()
+    render = rendered(scene, camera, 8, size=20, depth=4, layers=True)
+    assert np.allclose(render.layers().sum(0), render.beauty(), rtol=1e-12, atol=1e-14)
+
+
 def test_the_variance_is_honest():
     scene = still_life()
     renders = [rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=seed) for seed in range(8)]

@@ -206,7 +206,7 @@ def test_adaptive_pictures_resume_to_the_same_bits(lobe, tmp_path):
         lobe("s.toml", "--spp", spp, "--threads", 3, "--out", "b", "--resume")
     assert same_picture(tmp_path / "a" / "s.exr", tmp_path / "b" / "s.exr")
     samples = parts(tmp_path / "a" / "s.exr")["samples"]
-    assert 32 < samples.mean() < 48 and samples.min() < 32 and samples.max() > 64
+    assert 32 < samples.mean() < 48 and samples.min() < 32 and samples.max() > 1.5 * samples.mean()
 
 
 def test_passes_of_any_length_change_no_bit(lobe, tmp_path, monkeypatch):
