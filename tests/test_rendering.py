@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import OpenEXR
@@ -331,20 +332,24 @@ def run_killed(folder, arguments, delay):
 
 
 def kills(tmp_path, count, spp):
-    """Kills a rendering again and again at random moments, and looks at what it leaves."""
+    """Kills a rendering again and again at random moments of the time that it takes here, and looks at what it leaves."""
     seed = random.randrange(2**32)
     print("seed", seed)
     chance = random.Random(seed)
     (tmp_path / "s.toml").write_text(SCENE)
+    began = time.monotonic()
     assert run_killed(tmp_path, ["s.toml", "--spp", str(spp), "--out", "whole"], 300)
+    took = time.monotonic() - began
     (tmp_path / "b").mkdir()
     shutil.copy(tmp_path / "whole" / "s.exr", tmp_path / "b" / "s.exr")
     shutil.copy(tmp_path / "whole" / "s.png", tmp_path / "b" / "s.png")
     command = ["s.toml", "--spp", str(spp), "--out", "b", "--resume"]
     killed = progressed = 0
-    for _ in range(count):
+    for turn in range(4 * count):  # where nothing has been saved yet, it is tried on
+        if turn >= count and killed and progressed:
+            break
         before = (tmp_path / "b" / "s.checkpoint").exists()
-        killed += not run_killed(tmp_path, command, chance.uniform(0.2, 1.2))
+        killed += not run_killed(tmp_path, command, chance.uniform(0.1, 0.9) * took)
         progressed += before != (tmp_path / "b" / "s.checkpoint").exists()
         assert same_picture(tmp_path / "whole" / "s.exr", tmp_path / "b" / "s.exr")
     assert killed and progressed
