@@ -20,6 +20,8 @@ from hashlib import sha256
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
+
 from . import bundle, cases, catalogue, files, gl
 from .catalogue import Catalogue, Function
 from .errors import InputError
@@ -271,7 +273,11 @@ def measure(library: Catalogue, function: Function, context: gl.Context, points:
 
 def _changes(result: dict) -> dict[str, tuple[float, float]]:
     """What those mutants change that were not killed, by name; of equivalent ones 0 stands for whatever is not seen."""
-    return dict.fromkeys(result["equivalent"], (0.0, 0.0)) | {s["mutant"]: (s["change"], s["error"]) for s in result["survivors"]}
+    def number(x):
+        return np.inf if x is None else x  # JSON has no infinity
+
+    return dict.fromkeys(result["equivalent"], (0.0, 0.0)) | {
+        s["mutant"]: (number(s["change"]), number(s["error"])) for s in result["survivors"]}
 
 
 def callers(library: Catalogue, function: Function) -> list[Function]:

@@ -208,7 +208,7 @@ def test_command_goes_on_where_it_was(tmp_path):
         kept.write_text(json.dumps(changed | {other: "another"}))
         assert "12345" not in lobe(*asked).stdout
     changed["result"]["equivalent"] = changed["result"]["equivalent"][1:]
-    changed["result"]["survivors"] = [{"mutant": row["equivalent"][0], "change": 12345.0, "error": 0.5}]
+    changed["result"]["survivors"] = [{"mutant": row["equivalent"][0], "change": 12345.0, "error": None}]
     kept.write_text(json.dumps(changed | {"suite": "another"}))
     assert "changes 1.2e4 units" in lobe(*asked).stdout, "what a mutant changes does not depend on the suite"
     kept.write_text(json.dumps(changed | {"text": "another"}))
