@@ -57,12 +57,15 @@ double direct(const Scene& scene, const Vec3& point, std::vector<double>* each =
 class Emitter {
 public:
     Emitter(const Scene& scene, int depth) : scene_(scene), depth_(depth) {
+        bool asks = false;  // whether there is a lobe that a guide is for
         for (std::size_t i = 0; i < scene.objects().size(); ++i) {
             const Scene::Object& o = scene.objects()[i];
+            for (const Lobe& lobe : o.material.lobes) asks |= !lobe.proposal.glossy();
             const Mesh* mesh = std::get_if<Mesh>(&o.shape);
             if ((o.material.glass || o.material.mirror) && !(mesh && mesh->faces.empty()))
                 targets_.push_back(static_cast<int>(i));
         }
+        if (!asks) targets_.clear();
     }
 
     bool has_targets() const { return !targets_.empty(); }
@@ -104,7 +107,8 @@ Photon Emitter::photon(std::uint32_t i) const {
 }
 
 Photon Emitter::arriving(Ray ray, double power, const Sample& sample) const {
-    for (int interactions = 0; interactions < depth_; ++interactions) {
+    constexpr int LONGEST = 32;  // light by longer ways is left to chance: between mirrors they would not end
+    for (int interactions = 0; interactions < std::min(depth_, LONGEST); ++interactions) {
         const auto found = scene_.find(ray, Detail::normals);
         if (!found) break;
         const Material& m = scene_.objects()[found->object].material;

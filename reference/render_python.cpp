@@ -105,7 +105,9 @@ void bind_render(nb::module_& m) {
             require_variance(r);
             return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().variance(p), out); });
         }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one\n"
-           "degree of freedom a pixel. Take means over some pixels. 0 before there are two samples.")
+           "degree of freedom a pixel. Take means over some pixels; but where pixels share light they are noisy\n"
+           "together, and the mean of a region is about twice as uncertain as its variances tell. 0 before there are\n"
+           "two samples.")
         .def("layers", &layers, "What each light has to do with it, [lights,h,w,3], in the order of light_names.")
         .def("error", [](const Render& r) {
             require_variance(r);

@@ -289,6 +289,7 @@ def room(bare=False):
         scene.set_material(scene.add_sphere((-0.5, -0.7, 0.3), 0.3), [], glass={"eta": 1.5})
         scene.set_material(scene.add_sphere((-0.4, 0.2, -0.5), 0.3), lambert(0.4), mirror={"f0": (0.5, 0.4, 0.3)})
         scene.set_material(scene.add_plane((0, -0.2, -0.3), (0, 0.6, -0.8), 0.3), lambert(0.6))
+        scene.set_material(scene.add_sphere((0.5, 0.4, -0.6), 0.3), lambert(0.0))  # where a path ends without a draw
         scene.add_point_light((0.5, 0.5, 0.8), (0.5, 0.6, 0.7))
     return scene, reference.Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), 32)
 
