@@ -17,6 +17,7 @@ PAGE, SCENES, FIGURES = ROOT / "docs" / "scenes.md", ROOT / "examples" / "scenes
 OUT = ROOT / "out" / "scenes"
 ORDER = ("gold-teapot", "clay-bunny", "plastic-suzanne", "glass-sphere", "brushed-disc", "furnace")
 THUMBNAIL = (320, 180)
+LARGE = 1 << 20  # bytes of a PNG, which noise fills: such a picture keeps 256 colours
 _BLOCK = re.compile(r"(<!-- keys -->\n).*(<!-- /keys -->)", re.S)
 
 
@@ -91,8 +92,11 @@ def draw(name: str) -> None:
     from . import commands
 
     commands.render(SCENES / f"{name}.toml", None, None, None, None, 0, None, True, None, OUT, None)
-    buffer = io.BytesIO()  # 256 colours: the noise of a render is what makes a PNG large
-    Image.open(OUT / f"{name}.png").convert("RGB").quantize(256, dither=Image.FLOYDSTEINBERG).save(buffer, "PNG")
+    picture, buffer = Image.open(OUT / f"{name}.png").convert("RGB"), io.BytesIO()
+    picture.save(buffer, "PNG", optimize=True)
+    if buffer.tell() > LARGE:
+        buffer = io.BytesIO()
+        picture.quantize(256, dither=Image.FLOYDSTEINBERG).save(buffer, "PNG")
     files.write_bytes(FIGURES / f"scene-{name}.png", buffer.getvalue())
 
 
