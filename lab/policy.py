@@ -127,14 +127,11 @@ def _direction_rules(function: Function, base: dict, rule) -> Iterator[Rule]:
         yield rule("V = L = N", {"V": base["N"], "L": base["N"]}, {"V": base["N"], "L": base["N"]})
     if {"N", "V", "L"} <= names and function.kind == "lobe":
         yield rule("V = -L is 0", {"V": -base["L"]}, None)
-        for X in "VL":
+    if {"N", "V", "L"} <= names:
+        for X in "VL" if function.kind == "lobe" else "V" if function.name.startswith("lobe_pdf_") else "":
             below = np.where(geometry.dot(base["N"], base[X]) > 0, -base[X], base[X])
             yield rule(f"{X} below the horizon is 0", {X: below}, None)
             yield rule(f"{X} on the horizon is 0", _on_horizon(base, X), None)
-    if {"N", "V", "L"} <= names and function.name.startswith("lobe_pdf_"):
-        below = np.where(geometry.dot(base["N"], base["V"]) > 0, -base["V"], base["V"])
-        yield rule("V below the horizon is 0", {"V": below}, None)
-        yield rule("V on the horizon is 0", _on_horizon(base, "V"), None)
     if function.name == "lobe_LdotH" and {"V", "L"} <= names:
         yield rule("V = -L is 0", {"V": -base["L"]}, None)
     if {"N", "H"} <= names and not {"V", "L"} <= names and function.kind != "helper":

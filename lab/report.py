@@ -479,23 +479,26 @@ def _machine() -> str:
     return f"{model[1] if model else platform.machine()}, {os.cpu_count()} threads, {platform.platform(terse=True)}"
 
 
+def _measured(name: str) -> dict | None:
+    """What was measured last; None where there is no such file, as in the installed package."""
+    path = ROOT / "benchmarks" / "results" / name
+    return json.loads(path.read_text()) if path.is_file() else None
+
+
 def mutants_line() -> str:
-    """What was measured last of the suite itself; "" where there is no such file, as in the installed package."""
-    measured = ROOT / "benchmarks" / "results" / "mutation.json"
-    if not measured.is_file():
+    """Of the suite itself; "" where nothing is known."""
+    if (told := _measured("mutation.json")) is None:
         return ""
-    total = json.loads(measured.read_text())["total"]
+    total = told["total"]
     of = total["killed"] + total["survivors"]
     return (f"of {of:,} small edits of {total['functions']} functions that change a value, the fast tests find {total['killed']:,}, "
             f"{100 * total['score']:.1f} %")
 
 
 def fuzz_line() -> str:
-    """What was measured last of the readers; "" as of mutants_line."""
-    measured = ROOT / "benchmarks" / "results" / "fuzz.json"
-    if not measured.is_file():
+    """Of the readers; "" where nothing is known."""
+    if (told := _measured("fuzz.json")) is None:
         return ""
-    told = json.loads(measured.read_text())
     return (f"{told['executions']:,} damaged files of {len(told['targets'])} kinds in {told['seconds'] / 60:.0f} minutes, "
             f"{told['faults']} faults left")
 
