@@ -17,7 +17,7 @@ PAGE, SCENES, FIGURES = ROOT / "docs" / "scenes.md", ROOT / "examples" / "scenes
 OUT = ROOT / "out" / "scenes"
 ORDER = ("gold-teapot", "clay-bunny", "plastic-suzanne", "glass-sphere", "brushed-disc", "furnace")
 THUMBNAIL = (320, 180)
-LARGE = 1 << 20  # bytes of a PNG, which noise fills: such a picture keeps 256 colours
+LARGE = 1 << 20  # bytes that a figure may have; noise fills a PNG: beyond, a picture keeps 256 colours
 _BLOCK = re.compile(r"(<!-- keys -->\n).*(<!-- /keys -->)", re.S)
 
 

@@ -52,7 +52,7 @@ def test_header_says_who_gains_energy(function):
             assert largest == pytest.approx(figure, rel=3e-3)
 
 
-@pytest.mark.parametrize("lobes, name", enumerate(("lobe_Lafortune", "lobe_Lafortune2", "lobe_Lafortune3"), 1))
+@pytest.mark.parametrize("lobes, name", list(enumerate(("lobe_Lafortune", "lobe_Lafortune2", "lobe_Lafortune3"), 1)))
 def test_the_brightest_lobes_of_lafortune_are_broad_mirrors(lobes, name):
     """With C = (-1, -1, 1) a lobe is cos^n about the mirror direction: 2 pi / (n + 2) seen along N, n >= 0.1."""
     (function,) = LIBRARY.find(name)

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, special
 
-from lobe.lab import errata, figures_curves, plots, quadrature, spectra
+from lobe.lab import errata, figures_curves, plots, quadrature, scene_page, spectra
 from lobe.lab.paths import ROOT
 from test_metals import conductor
 
 SHOWN = 5e-4  # half of the last digit of most tables
-MAX_BYTES = 700_000  # of a figure
 REPAIR = "repair: .venv/bin/python -m lobe.lab."
 DRAWINGS = [(module, name) for module in (errata, figures_curves) for name in module.DRAWINGS]
 PAGES = ("lecture-errata.md", "pictures.md")
@@ -53,7 +52,7 @@ class TestPages:
         text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "README.md", ROOT / "examples" / "README.md",
                                                                      *(ROOT / "docs").glob("*.md")))
         for path in (ROOT / "docs" / "figures").iterdir():
-            assert f"figures/{path.name}" in text and path.stat().st_size <= MAX_BYTES, path.name
+            assert f"figures/{path.name}" in text and path.stat().st_size <= scene_page.LARGE, path.name
 
     @pytest.mark.parametrize("page", PAGES)
     def test_links_lead_somewhere(self, page):
