@@ -1,6 +1,5 @@
 #include "guide.h"
 
-#include "models.h"
 #include "parallel.h"
 
 #include <algorithm>
@@ -116,18 +115,13 @@ Photon Emitter::arriving(Ray ray, double power, const Sample& sample) const {
         const double NdotV = N.dot(V);
         if (interactions > 0 && !m.lobes.empty() && NdotV > 0) return {found->surface.position, V, power};
 
-        double shares[3] = {0, 0, 0}, eta = 1;  // of mirror, reflection and refraction
-        if (m.mirror && NdotV > 0) shares[0] = luminance(m.mirror->reflectance(NdotV));
-        if (m.glass) {
-            eta = NdotV > 0 ? m.glass->eta : 1 / m.glass->eta;
-            shares[1] = lobe_F_dielectric(std::abs(NdotV), eta), shares[2] = 1 - shares[1];
-        }
+        const Ideal ideal(m, NdotV);
+        const double shares[] = {luminance(ideal.mirror), ideal.reflected, ideal.refracted};
         double u = sample.pair(2 + interactions).x;
         const int way = pick(shares, 3, u);
         if (way < 0) break;
         power *= shares[0] + shares[1] + shares[2];
-        const Vec3 L = way < 2 ? N * (2 * NdotV) - V : lobe_refract(NdotV > 0 ? N : -N, V, eta).normalized();
-        ray = scene_.leaving(*found, L);
+        ray = scene_.leaving(*found, ideal.L(Way(way), N, V));
     }
     return {};
 }

@@ -132,4 +132,16 @@ Vec3 Mirror::reflectance(double cosI) const {
     return lobe_F_conductor(cosI, eta, k);
 }
 
+Ideal::Ideal(const Material& m, double NdotV) : NdotV(NdotV) {
+    if (m.mirror && NdotV > 0) mirror = m.mirror->reflectance(NdotV);
+    if (!m.glass) return;
+    eta = NdotV > 0 ? m.glass->eta : 1 / m.glass->eta;
+    reflected = lobe_F_dielectric(std::abs(NdotV), eta), refracted = 1 - reflected;
+}
+
+Vec3 Ideal::L(Way way, const Vec3& N, const Vec3& V) const {
+    if (way != REFRACTION) return N * (2 * NdotV) - V;
+    return lobe_refract(NdotV > 0 ? N : -N, V, eta).normalized();
+}
+
 }  // namespace lobe

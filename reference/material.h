@@ -69,6 +69,8 @@ struct Glass {
     double eta;
 };
 
+enum Way { MIRROR, REFLECTION, REFRACTION };  // in which light goes on without being scattered
+
 struct Material {
     std::vector<Lobe> lobes;
     std::optional<Mirror> mirror;
@@ -76,6 +78,18 @@ struct Material {
 
     // Whether light leaves it to all directions alike.
     bool uniform() const { return lobes.size() == 1 && lobes.front().uniform() && !mirror && !glass; }
+};
+
+// What mirror and glass of a material send on of the light that V looks at.
+struct Ideal {
+    Ideal() = default;
+    Ideal(const Material& m, double NdotV);
+    // Where that light comes from.
+    Vec3 L(Way way, const Vec3& N, const Vec3& V) const;
+
+    double NdotV = 0;
+    Vec3 mirror{0};
+    double reflected = 0, refracted = 0, eta = 1;  // by glass; index of the far side over that of V's
 };
 
 }  // namespace lobe

@@ -1,7 +1,6 @@
 #include "render.h"
 
 #include "fingerprint.h"
-#include "models.h"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
@@ -37,14 +36,11 @@ struct Vertex {
     Basis frame = surface.T == Vec3(0) ? Basis(surface.N) : Basis(surface.N, surface.T);
     Vec3 local_V = frame.to_local(V);
     double NdotV = local_V.z;
-    Vec3 mirror{0};        // reflectance
-    double glass = 0, eta = 1;  // reflectance of glass, index of the far side over that of V's
+    Ideal ideal{};
     const Guide::Cell* cell = nullptr;
     double guided = 0;          // share of the guide among the directions of the lobes
     double lobes = 0, all = 0;  // shares of all lobes and of all together among the directions that are drawn
 };
-
-enum Way { MIRROR, REFLECTION, REFRACTION };  // of what is ideal, in the order of the shares
 
 // The rest of a path, after so many interactions.
 struct Branch {
@@ -324,16 +320,13 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     if (broad > 0) v.cell = guide_.at(origin_);
     if (v.cell) v.guided = v.cell->chance() * broad / v.lobes;
     v.all = v.lobes;
-    if (m.mirror && front) v.mirror = m.mirror->reflectance(v.NdotV);
-    if (m.glass) {
-        v.eta = front ? m.glass->eta : 1 / m.glass->eta;
-        v.glass = lobe_F_dielectric(std::abs(v.NdotV), v.eta);
-    }
-    if (m.mirror || m.glass)
-        for (double share : {mean(v.mirror), v.glass, m.glass ? 1 - v.glass : 0}) {
+    if (m.mirror || m.glass) {
+        v.ideal = Ideal(m, v.NdotV);
+        for (double share : {mean(v.ideal.mirror), v.ideal.reflected, v.ideal.refracted}) {
             shares_.push_back(share);
             v.all += share;
         }
+    }
     return v;
 }
 
@@ -402,7 +395,8 @@ void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
 
 bool Tracer::splits(const Vertex& v, int interactions) const {
     const Material& m = v.material;
-    return interactions < SPLITS && density_ == NO_EXTENT && m.lobes.empty() && !m.mirror && v.glass > 0 && v.glass < 1;
+    return interactions < SPLITS && density_ == NO_EXTENT && m.lobes.empty() && !m.mirror && v.ideal.reflected > 0 &&
+           v.ideal.refracted > 0;
 }
 
 // Draws the direction in which the path goes on.
@@ -419,15 +413,15 @@ bool Tracer::scatter(const Vertex& v, Ray& ray, Vec2 u, double chance) {
 
 // What goes on that way, and as much of it as does.
 Ray Tracer::go(const Vertex& v, Way way) {
-    const Vec3& N = v.surface.N;
+    const Ideal& ideal = v.ideal;
     density_ = NO_EXTENT;
+    if (way == MIRROR) throughput_ *= ideal.mirror;
+    if (way == REFLECTION) throughput_ *= ideal.reflected;
     if (way == REFRACTION) {
-        throughput_ *= (1 - v.glass) / (v.eta * v.eta);
-        widening_ *= v.eta * v.eta;
-        return scene_.leaving(v.found, lobe_refract(v.NdotV > 0 ? N : -N, v.V, v.eta).normalized());
+        throughput_ *= ideal.refracted / (ideal.eta * ideal.eta);
+        widening_ *= ideal.eta * ideal.eta;
     }
-    throughput_ *= way == MIRROR ? v.mirror : Vec3(v.glass);
-    return scene_.leaving(v.found, N * (2 * v.NdotV) - v.V);
+    return scene_.leaving(v.found, ideal.L(way, v.surface.N, v.V));
 }
 
 bool Tracer::scatter_by_lobe(const Vertex& v, const Proposal& proposal, Ray& ray, Vec2 u) {
@@ -459,6 +453,9 @@ int next_look(int samples) {
     while (look <= samples) look *= 2;
     return look;
 }
+
+// The one at which they were given the last time, 0 before the first.
+int last_look(int samples) { return samples < Shares::FIRST_LOOK ? 0 : next_look(samples) / 2; }
 
 }  // namespace
 
@@ -502,7 +499,7 @@ void Render::advance(int samples) {
 void Render::aim() {
     if (!settings_.guided) return;
     constexpr double FEWEST = 1 << 18, MOST = 1 << 20;
-    const int look = samples_ < Shares::FIRST_LOOK ? Shares::FIRST_LOOK : next_look(samples_) / 2;
+    const int look = std::max(last_look(samples_), Shares::FIRST_LOOK);
     const double wanted = static_cast<double>(film_.pixels()) * look / 4;
     const auto photons = static_cast<std::size_t>(std::clamp(wanted, FEWEST, MOST));
     if (photons == photons_) return;
@@ -513,7 +510,7 @@ void Render::aim() {
 // Samples of a pixel that a turn brings.
 int Render::due(std::size_t pixel, int turn) const {
     if (!shares_) return 1;
-    const int turns = turn - (turn < Shares::FIRST_LOOK ? 0 : next_look(turn) / 2);  // since the last look
+    const int turns = turn - last_look(turn);
     return shares_->samples(pixel, turns + 1) - shares_->samples(pixel, turns);
 }
 
