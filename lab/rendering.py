@@ -219,8 +219,9 @@ class Rendering:
     def _write_parts(self, path: Path, facts: dict) -> None:
         s = self.settings
         lights = self.scene.lights if s.layers else []
-        colours = ["beauty", "variance", *(f"light.{name}" for name in lights)]
-        parts = [exr.Part(name, ("R", "G", "B")) for name in colours] + [exr.Part("samples", ("I",), "uint32")]
+        colours = ["beauty", "variance", "deviation", *(f"light.{name}" for name in lights)]
+        parts = [exr.Part(name, ("R", "G", "B")) for name in colours]
+        parts += [exr.Part(name, ("I",), "uint32") for name in ("samples", "group")]
         aovs = len(parts)
         parts += [exr.Part(name, tuple(c), "uint32" if c == "I" else "float32") for name, c in AOVS.items()]
         with exr.Writer(path, s.width, s.height, parts, facts) as writer:
@@ -230,10 +231,12 @@ class Rendering:
 
             fill(0, self.render.beauty())  # one picture at a time: each is a copy of a part of the film
             fill(1, self.render.variance())
+            fill(2, self.render.deviation())
             if lights:
                 for i, image in enumerate(self.render.layers()):
-                    fill(2 + i, image)
-            fill(aovs - 1, self.render.samples())
+                    fill(3 + i, image)
+            fill(aovs - 2, self.render.samples())
+            fill(aovs - 1, self.render.groups())
             for y in range(0, s.height, STRIP):
                 rows = min(STRIP, s.height - y)
                 strip = self.scene.scene.trace(self.scene.camera, s.width, s.height, shadows=False, first=y, rows=rows)
@@ -246,6 +249,16 @@ class Rendering:
             strip = beauty[y : y + STRIP] * 2.0 ** self.scene.film["exposure"]
             shown[y : y + STRIP] = np.rint(pictures.srgb(strip) * 255)
         files.write_png(self.preview, shown)
+
+
+def error_of_mean(deviation: np.ndarray, group: np.ndarray, region: np.ndarray | None = None) -> np.ndarray:
+    """Standard error of the mean over a region, a mask of the picture, for each channel. Errors of pixels of one group
+    add up as they are, since these share light; those of different groups do in their squares."""
+    region = np.ones(group.shape, bool) if region is None else region
+    group, of_pixel = np.unique(group[region], return_inverse=True)
+    sums = np.zeros((len(group), deviation.shape[2]))
+    np.add.at(sums, of_pixel.ravel(), deviation[region])
+    return np.sqrt((sums**2).sum(axis=0)) / region.sum()
 
 
 @contextlib.contextmanager

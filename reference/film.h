@@ -65,12 +65,14 @@ public:
     Vec3 mean(std::size_t pixel) const {
         return (sums_[HALVES * pixel] + sums_[HALVES * pixel + 1]) / std::max(counts_[pixel], 1);
     }
-    Vec3 variance(std::size_t pixel) const {
+    // Half of the halves' difference: as large as the error of the mean, and as much alike that of other pixels, but of
+    // any sign. 0 before there are two samples.
+    Vec3 deviation(std::size_t pixel) const {
         const int count = counts_[pixel];
         if (count < 2) return Vec3(0);
-        const Vec3 apart = sums_[HALVES * pixel] / ((count + 1) / 2) - sums_[HALVES * pixel + 1] / (count / 2);
-        return apart * apart / 4;
+        return (sums_[HALVES * pixel] / ((count + 1) / 2) - sums_[HALVES * pixel + 1] / (count / 2)) / 2;
     }
+    Vec3 variance(std::size_t pixel) const { return deviation(pixel) * deviation(pixel); }
 
     std::size_t tile(int x, int y) const { return std::size_t(y / TILE) * tiles_x + x / TILE; }
     std::size_t pixel(int x, int y) const { return std::size_t(y) * width + x; }

@@ -560,8 +560,7 @@ void Render::add_samples(int count) {
         if (film_.finished(t)) return;
         Tracer& tracer = tracers.local();
         film_.for_pixels(t, [&](int x, int y) {
-            const Companions pixels =
-                shares_light_ ? Companions::of(x, y, film_.width, film_.height) : Companions::none(x, y);
+            const Companions pixels = companions(x, y);
             if (pixels.begins(x, y)) render(tracer, pixels);
         });
     });

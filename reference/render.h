@@ -25,7 +25,7 @@ struct RenderSettings {
     bool variance = true;
     bool adaptive = false;  // pixels whose neighbours are noisier get more samples
     bool guided = true;     // towards light that comes through glass or off mirrors, by photons
-    // Pixels that are near share the light that their paths find on Lambertian surfaces. Their noise is then alike.
+    // Pixels that are near share the light that their paths find on Lambertian surfaces: see Render::companions().
     bool share = true;
 };
 
@@ -47,6 +47,10 @@ public:
 
     const RenderSettings& settings() const { return settings_; }
     const Film& film() const { return film_; }
+    // The pixels with which one shares light, itself included. Their noise is alike, and that of all others independent.
+    Companions companions(int x, int y) const {
+        return shares_light_ ? Companions::of(x, y, film_.width, film_.height) : Companions::none(x, y);
+    }
     // For each light a picture, all of whose sum is the beauty.
     const std::vector<LayerFilm>& layers() const { return layers_; }
 

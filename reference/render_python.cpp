@@ -105,9 +105,22 @@ void bind_render(nb::module_& m) {
             require_variance(r);
             return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().variance(p), out); });
         }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one\n"
-           "degree of freedom a pixel. Take means over some pixels; but where pixels share light they are noisy\n"
-           "together, and the mean of a region is about twice as uncertain as its variances tell. 0 before there are\n"
-           "two samples.")
+           "degree of freedom a pixel. Take means over some pixels; for the error of a region's mean see deviation().\n"
+           "0 before there are two samples.")
+        .def("deviation", [](const Render& r) {
+            require_variance(r);
+            return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().deviation(p), out); });
+        }, "Half the difference of the two halves of the samples, [h,w,3]; its square is the variance. Pixels of one\n"
+           "group share light and are noisy together, so that the mean of a region is more uncertain than the variances\n"
+           "of its pixels tell: for each group sum its deviations within the region; the root of the sum of these\n"
+           "squared, over the number of pixels, is the standard error (lobe.lab.rendering.error_of_mean).")
+        .def("groups", [](const Render& r) {
+            const int width = r.film().width;
+            return picture<std::int32_t>(r.film(), 1, [&](std::size_t p, std::int32_t* out) {
+                const Companions group = r.companions(int(p % width), int(p / width));
+                *out = std::int32_t(r.film().pixel(group.x[0], group.y[0]));
+            });
+        }, "Which pixels share light, [h,w] int32: those of one number.")
         .def("layers", &layers, "What each light has to do with it, [lights,h,w,3], in the order of light_names.")
         .def("error", [](const Render& r) {
             require_variance(r);

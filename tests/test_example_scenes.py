@@ -50,7 +50,7 @@ class Seen:
 
     def noise(self, mask):
         """Standard error of means()."""
-        return np.sqrt(self["variance"][mask].sum(axis=0)) / mask.sum()
+        return rendering.error_of_mean(self["deviation"], self["group"][..., 0], mask)
 
 
 def only(*names):

@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 from lobe import reference
+from lobe.lab import rendering
 
 LAMBERT, GGX = "lobe_Lambert(vec3,vec3,vec3,vec3)", "lobe_GGX(vec3,vec3,vec3,vec3,float)"
 SPHERE_CAMERA = reference.Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), 25)  # the unit sphere fills the picture
@@ -26,7 +27,7 @@ def furnace(lobes, **parts):
 
 def mean_and_error(render):
     beauty = render.beauty()
-    return beauty.mean(), np.sqrt(render.variance().mean(axis=2).sum()) / (beauty.size / 3)
+    return beauty.mean(), rendering.error_of_mean(render.deviation().mean(axis=2, keepdims=True), render.groups())[0]
 
 
 EON = "lobe_OrenNayar_EON(vec3,vec3,vec3,vec3,float)"
@@ -193,7 +194,7 @@ def test_light_of_an_environment_is_its_quadrature(strategy):
     sin = np.sqrt(1 - cos**2)
     light = looked_up(probe(), np.stack((sin * np.cos(phi), cos, sin * np.sin(phi)), -1), 37)
     expected = (light * cos[..., None]).mean((0, 1)) * 2  # over pi, of a half sphere of 2 pi
-    mean, error = render.beauty().mean((0, 1)), np.sqrt(render.variance().sum((0, 1))) / 16
+    mean, error = render.beauty().mean((0, 1)), rendering.error_of_mean(render.deviation(), render.groups())
     assert np.all(np.abs(mean - expected) <= 4 * error + 1e-4 * expected) and np.all(error < 5e-3 * expected)
 
 
@@ -235,17 +236,27 @@ def block_means(image, size=8):
     return blocks.mean((1, 3))
 
 
-def z_scores(a, b, size=8):
-    """Differences of two independent renders over what their variances promise."""
-    variance = (block_means(a.variance(), size) + block_means(b.variance(), size)) / size**2
-    return ((block_means(a.beauty(), size) - block_means(b.beauty(), size)) / np.sqrt(variance)).ravel()
+def block_errors(render, size):
+    """Standard errors of block_means of the beauty."""
+    deviation, group, blocks = render.deviation()[..., 1:2], render.groups(), np.indices(render.groups().shape) // size
+    count = np.array(group.shape) // size
+    return np.array([[rendering.error_of_mean(deviation, group, (blocks[0] == j) & (blocks[1] == i))[0]
+                      for i in range(count[1])] for j in range(count[0])])
+
+
+def z_scores(a, b, size=16):
+    """Differences of two independent renders over what each says of its error, by blocks of many groups: few tell
+    little."""
+    error = np.hypot(block_errors(a, size), block_errors(b, size))
+    return ((block_means(a.beauty(), size) - block_means(b.beauty(), size)) / error).ravel()
 
 
 @pytest.mark.parametrize("strategy", ("lobe", "light"))
 def test_both_strategies_together_show_what_either_shows_alone(strategy):
     scene = still_life()
-    z = z_scores(rendered(scene, SPHERE_CAMERA, 128, size=64, depth=3),
-                 rendered(scene, SPHERE_CAMERA, 256, size=64, depth=3, strategy=strategy, seed=1))
+    z = np.concatenate([z_scores(rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=2 * i),
+                                 rendered(scene, SPHERE_CAMERA, 64, size=64, depth=3, strategy=strategy, seed=2 * i + 1))
+                        for i in range(4)])
     assert abs(z.mean()) < 4 / np.sqrt(z.size) and z.std() < 1.3
 
 
@@ -329,11 +340,24 @@ def test_layers_of_shared_light_add_up_to_it():
     assert np.allclose(render.layers().sum(0), render.beauty(), rtol=1e-12, atol=1e-14)
 
 
-def test_the_variance_is_honest():
-    scene = still_life()
-    renders = [rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=seed) for seed in range(8)]
-    z = np.concatenate([z_scores(a, b) for a, b in zip(renders[::2], renders[1::2])])  # 256 of them
-    assert 0.85 < z.std() < 1.18 and abs(z.mean()) < 4 / np.sqrt(z.size)
+@pytest.mark.parametrize("make", (lambda: (still_life(), SPHERE_CAMERA), lambda: room(bare=True)), 
+                         ids=("still life", "room"))
+def test_the_error_of_a_region_is_honest(make):
+    """Where pixels share light, too, as they do in the room: by the variances of its pixels alone, z would be 2.5."""
+    scene, camera = make()
+    renders = [rendered(scene, camera, 16, size=64, depth=3, seed=seed) for seed in range(16)]
+    z = np.concatenate([z_scores(a, b) for a, b in zip(renders[::2], renders[1::2])])  # 128 of them
+    assert 0.85 < z.std() < 1.25 and abs(z.mean()) < 4 / np.sqrt(z.size)
+
+
+def test_pixels_of_a_group_are_those_that_share():
+    """Every other one of 8 x 8: none shares with its neighbours. The picture's rim cuts groups short."""
+    def groups(**settings):
+        return reference.Render(room(bare=True)[0], SPHERE_CAMERA, 20, 12, **settings).groups()
+
+    y, x = np.indices((12, 20))
+    assert np.array_equal(groups(), 20 * (y - y % 8 + y % 2) + x - x % 8 + x % 2)
+    assert np.array_equal(groups(share=False), 20 * y + x)
 
 
 def spotted(size=24, samples=64, seed=0, **settings):

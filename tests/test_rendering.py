@@ -124,10 +124,11 @@ def test_picture_has_all_its_parts(lobe, tmp_path):
     status, out, err = lobe("s.toml", "--json", "r.json")
     assert (status, err) == (0, "")
     read = parts(tmp_path / "out" / "s.exr")
-    assert set(read) == {"beauty", "variance", "samples", *(f"light.{n}" for n in LIGHTS), *rendering.AOVS}
+    assert set(read) == {"beauty", "variance", "deviation", "samples", "group", *(f"light.{n}" for n in LIGHTS), *rendering.AOVS}
     assert all(image.shape[:2] == (32, 48) for image in read.values())
     np.testing.assert_allclose(sum(read[f"light.{n}"] for n in LIGHTS), read["beauty"], rtol=1e-5, atol=1e-7)
     assert (read["samples"] == 16).all() and (read["variance"] >= 0).all() and read["variance"].any()
+    np.testing.assert_allclose(read["deviation"] ** 2, read["variance"], rtol=1e-6, atol=1e-30)
 
     scene = scene_files.load(tmp_path / "s.toml")
     traced = scene.scene.trace(scene.camera, 48, 32)
@@ -223,8 +224,8 @@ def test_strategies_agree(lobe, tmp_path, strategy):
     lobe("s.toml", "--spp", 64, "--out", "b", "--strategy", strategy)
     a, b = (parts(tmp_path / x / "s.exr") for x in "ab")
     assert not (a["beauty"] == b["beauty"]).all()
-    error = np.sqrt((a["variance"] + b["variance"]).sum(axis=(0, 1)))
-    assert (np.abs((a["beauty"] - b["beauty"]).sum(axis=(0, 1), dtype=float)) < 4 * error).all()
+    errors = [rendering.error_of_mean(x["deviation"].astype(float), x["group"][..., 0]) for x in (a, b)]
+    assert (np.abs((a["beauty"] - b["beauty"]).mean(axis=(0, 1), dtype=float)) < 4 * np.hypot(*errors)).all()
 
 
 def test_folders_in_the_places_of_files_are_told_before_the_work(lobe, tmp_path):
