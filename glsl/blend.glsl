@@ -102,7 +102,7 @@ vec3 lobe_GGX_blend3(vec3 N, vec3 V, vec3 L, vec3 f0, vec3 alphas, vec3 weights)
            + w.z * lobe_GGX(N, V, L, f0, alphas.z);
 }
 
-// GGX microfacet reflection of two widths with one masking, of their mean: cheaper than lobe_GGX_blend.
+// GGX microfacet reflection of two widths with one masking, of their mean. No cheaper than lobe_GGX_blend.
 //   f = D V F,   D = lobe_D_GGX_blend, V = lobe_V_GGX of (1 - weight) alphas.x + weight alphas.y  [1/sr]
 // param  f0  color  0.01..1  0.04  reflectance at normal incidence, linear RGB
 // param  alphas  vec2   1e-4..4  0.1,0.5  microfacet widths

@@ -19,7 +19,7 @@
 //   (D G V F) have no horizon rule: G, V and F take a negative cosine for 0; D below the horizon is finite, and no more
 //   is said of it.
 // * Colours: whole lobes clamp f0 and albedo to 0..1. Terms take a negative f0 for 0 and leave one above 1 alone:
-//   gold's red is 1.022.
+//   gold's red is 1.038.
 // * Built-in sin, cos, tan and their inverses are not called: Vulkan lets them be 2^-11 off. lobe_circle and lobe_angle_of_half are.
 // * V = -L: no half vector exists. A lobe is 0, since one of the two is not above the horizon; so are LdotH and
 //   |N x H|^2, and D of a null H.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from .catalogue import WIDTHS, Catalogue, Function
+from .catalogue import WIDTHS, Catalogue, Function, like
 from .errors import InputError
 
 _FLOATS = "precision highp float;\n"
@@ -29,7 +29,7 @@ def bundle(catalogue: Catalogue, names: list[str], target: str | None = None) ->
         raise InputError(f"--target {target}: expected one of {', '.join(TARGETS)}")
     for name in names:
         if name.startswith("LOBE_") and name not in catalogue.constants:
-            raise InputError(f"unknown constant '{name}': expected one of {', '.join(catalogue.constants)}")
+            raise InputError(f"unknown constant '{name}'{like(name, catalogue.constants)}")
     functions = closure(catalogue, [f for n in names if n not in catalogue.constants for f in catalogue.find(n)])
     constants = _constants(catalogue, "\n".join([*names, *(f.definition for f in functions)]))
     convention = " Each f is in 1/sr, without the cosine." if functions else ""

@@ -6,6 +6,7 @@ line and the report take them from here. The grammar is strict, and CONTRIBUTING
 
 from __future__ import annotations
 
+import difflib
 import re
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -198,8 +199,16 @@ class Catalogue:
         """The overloads of a name, or the one function of a key. InputError where there is none."""
         found = self._by_name.get(name) or self._by_key.get(name.replace(" ", ""))
         if not found:
-            raise InputError(f"unknown function '{name}': expected one of {', '.join(self._by_name)}")
+            raise InputError(f"unknown function '{name}'{like(name, self._by_name)}")
         return found
+
+
+def like(name: str, known) -> str:
+    """The few names that may have been meant, where the list of all would be long."""
+    folded = {k.lower().removeprefix("lobe_"): k for k in known}
+    near = difflib.get_close_matches(name.lower().removeprefix("lobe_"), folded, n=3, cutoff=0.4)
+    meant = f", did you mean {' '.join(folded[k] + '?' for k in near)}" if near else ""
+    return f"{meant}; ./lobe list shows all"
 
 
 @cache

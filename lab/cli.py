@@ -51,7 +51,7 @@ def compare(
     out: Out = Path("out"),
     json: Json = None,
 ):
-    """Compare shaders with the reference, pixel by pixel, and write a report."""
+    """Compare shaders with the reference, pixel by pixel. Writes a report."""
     from . import commands
 
     commands.compare(functions or [], scene or [], mode or [], context, size, points, settings or [], mesh, metal, quick,
@@ -68,7 +68,7 @@ def stability(
     out: Out = Path("out"),
     json: Json = None,
 ):
-    """Test every function where formulas fail: singular sets, exact cases, degenerate inputs, symmetries, integrals."""
+    """Test every function where formulas fail. Singular sets, exact cases, degenerate inputs, symmetries, integrals."""
     from . import commands
 
     commands.stability(function or [], context, points, only or [], out, json)
@@ -83,8 +83,8 @@ def mutate(
     out: Out = Path("out"),
     json: Json = None,
 ):
-    """Edit every function in many small ways, and count the edits that the suite does not notice. Goes on where an
-    interrupted run in the same --out was."""
+    """Count the small edits of functions that the tests would miss. Goes on where an interrupted run in the same --out
+    was."""
     from . import commands
 
     commands.mutate(function or [], jobs, points, out, json)
@@ -93,7 +93,7 @@ def mutate(
 @app.command(name="list")
 def list_(names: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,
           json: Json = None):
-    """List every function: file, kind, parameters with ranges and units, source."""
+    """List functions: file, kind, parameters, ranges, units, source."""
     from . import commands
 
     commands.list_functions(names or [], json)
@@ -106,7 +106,7 @@ def bundle(
                                                   "450, 460, 300es, 310es, 320es, vulkan.")] = None,
     output: Annotated[Optional[Path], typer.Option("-o", "--output", help="Write here, not to stdout.")] = None,
 ):
-    """Print exactly the named functions and constants, and what they use."""
+    """Print the named functions and constants, and what they use. One text for one shader: name all that it calls."""
     from . import commands
 
     commands.bundle(names, target, output)
@@ -155,8 +155,8 @@ def reference(
     out: Out = Path("out"),
     json: Json = None,
 ):
-    """Render with the reference: a scene file by path tracing, or lobes in direct light; OpenEXR with all that is known
-    of each pixel, and a PNG. A scene file's own budget is replaced by --spp, --seconds, --error."""
+    """Render with the reference: a scene file, or lobes. A scene by path tracing, lobes in direct light; OpenEXR with
+    all that is known of each pixel, and a PNG. A scene file's own budget is replaced by --spp, --seconds, --error."""
     from . import commands
 
     built_in = {"--scene": scene, "--set": settings, "--mesh": mesh, "--metal": metal, "--ground": ground}
@@ -207,7 +207,7 @@ def view(
     scale: Annotated[float, typer.Option("--scale", min=0.5, max=4.0, help="Of text and controls in a "
                                          "screenshot.")] = 1.0,
 ):
-    """Open the viewer: a lobe, its reference and the difference, live."""
+    """Open the viewer: a lobe, its reference and their difference."""
     from ..viewer import command
 
     command.view(scene, mode, lobe, size, screenshot, frames, scale)
@@ -227,7 +227,7 @@ def fit(
     output: Annotated[Optional[str], typer.Option("-o", "--output", metavar="FILE",
                                                   help="Write the fit as JSON; - is stdout.")] = None,
 ):
-    """Fit Lafortune's lobes to measurements, or to a lobe, and print the call of lobe_Lafortune that has them."""
+    """Fit Lafortune's lobes to measurements, or to a lobe. Prints the call of lobe_Lafortune that has them."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for small matrices threads only wait for each other
     from . import commands
 
@@ -242,7 +242,7 @@ def gallery(
     out: Out = Path("out/gallery"),
     json: Json = None,
 ):
-    """Show every lobe: on the teapot, as polar plots, in the history of models, and where its highlights point."""
+    """Show every lobe: on the teapot, as polar plots, in history. And where its highlights point."""
     from . import commands
 
     commands.gallery(names or [], context, size, out, json)
@@ -288,7 +288,8 @@ def outcome() -> int | None:
         return undelivered(error) if error.filename is None else internal_error(error)
     except Exception as error:  # Typer's own errors of usage; their class moved between its versions
         if hasattr(error, "format_message"):
-            return fail(f"{error.format_message()} (see lobe --help)")
+            path = error.ctx.command_path if getattr(error, "ctx", None) else "lobe"
+            return fail(f"{error.format_message()} (see {path} --help)")
         return internal_error(error)
 
 

@@ -22,8 +22,13 @@ QUICK_SIZE, QUICK_POINTS = 128, 1 << 14
 def selected(library: Catalogue, names: list[str]) -> tuple[Function, ...]:
     """Functions by name, key or file stem, none where a file holds only constants; all where no name is given."""
     stems = {f.stem: f.functions for f in library.files}
-    chosen = tuple(f for n in names for f in (stems[n] if n in stems else library.find(n)))
+    chosen = tuple(f for n in map(stem, names) for f in (stems[n] if n in stems else library.find(n)))
     return chosen if names else library.functions
+
+
+def stem(name: str) -> str:
+    """A file's as `ggx`, however it was named: ggx, ggx.glsl, glsl/ggx.glsl."""
+    return Path(name).stem if name.endswith(".glsl") else name
 
 
 def measured(library: Catalogue, names: list[str]) -> tuple[Function, ...]:
@@ -65,7 +70,8 @@ def scene_settings(pairs: list[str], functions: tuple[Function, ...]) -> dict[st
 
 def parse_value(parameter: Parameter, text: str) -> tuple[float, ...]:
     try:
-        value = tuple(float(np.float32(x)) for x in text.split(","))
+        with np.errstate(over="ignore"):  # what is too large is no finite number
+            value = tuple(float(np.float32(x)) for x in text.split(","))
     except ValueError:
         value = ()
     value = value * parameter.width if len(value) == 1 else value
@@ -234,12 +240,16 @@ def stability(names: list[str], context: str, points: int | None, only: list[str
         else:
             outcome = suite.run(library, functions, (suite.Driver(context, drivers.create(context)),), points, suites, step)
         drawn = not only and not names or "chart" in only
+        if not outcome.rows and not drawn:
+            raise InputError(f"--only {', '.join(only)}: nothing to check in {', '.join(names) or 'the library'}, expected a "
+                             "suite that has something; without --only all run")
         curves = stability_chart.measured(library, gl.create_context("egl")) if drawn else []
     page = stability_report.write(outcome, curves, out, points, matrix)
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": outcome.rows} | ({"precision": matrix} if matrix else {}))
     if json != "-":
-        print(precision.report(matrix) if matrix else stability_report.summary(outcome))
+        if matrix or outcome.rows:
+            print(precision.report(matrix) if matrix else stability_report.summary(outcome))
         print(f"page: {page}")
     failing = precision.unexplained(matrix) if matrix else not outcome.passed
     sys.exit(1 if failing else 0)
@@ -269,7 +279,7 @@ def list_functions(names: list[str], json: str | None) -> None:
 
     library = catalogue.load()
     chosen = selected(library, names)
-    constants = [_constant(line, f.stem) for f in library.files if not names or f.stem in names
+    constants = [_constant(line, f.stem) for f in library.files if not names or f.stem in map(stem, names)
                  for line in f.constants.values()]
     if json:
         files.write_json(json, {"schema": SCHEMA, "results": [_facts(f) for f in chosen], "constants": constants})

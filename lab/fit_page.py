@@ -140,7 +140,7 @@ where one of Lafortune's stays round about its own axis.
 Below, fitted to the three incidences alone, as one would from three slices of a gonioreflectometer: residual
 {_percent(metal['three']['residual'])}, and at {SHOWN[-1]}° the peak comes where it should, at
 {steep['three']['peak']:.0f}° with {steep['three']['height']:.2g}: the paper's figure. But at {BEYOND}°, which nobody
-measured, f reaches {beyond['three']['height']:.0f} and the albedo {beyond['three']['albedo']:.3g}, where
+measured, f reaches {_large(beyond['three']['height'])} and the albedo {beyond['three']['albedo']:.3g}, where
 {beyond['simulated']['albedo']:.2f} is right. **Three slices that match prove nothing about the fourth**: look at the
 albedo that `./lobe fit` prints at 75° to 85° before you use a fit.
 
@@ -186,6 +186,11 @@ def _percent(x: float) -> str:
     return "< 0.001 %" if x < 1e-5 else f"{100 * x:.2g} %" if x < 10 else f"{x:.0f} times"
 
 
+def _large(x: float) -> str:
+    """To three digits, as far as the nodes of a peak agree."""
+    return f"{float(f'{x:.3g}'):,.0f}"
+
+
 def _albedo(x: float) -> str:
     return f"**{x:.3g}**" if x > 1.0005 else f"{x:.3f}"
 
@@ -209,7 +214,7 @@ def draw_aluminium(figure):
             axes.set(theta_zero_location="N", theta_direction=-1, thetamin=-90, thetamax=90,
                      rlim=(0, 1.25 * exact.max()), xticks=np.radians((-60, -30, 0, 30, 60)))
             most = fit.max() / exact.max()
-            beyond = f"\nfit reaches {fit.max():.0f}" if most > 1.25 else ""
+            beyond = f"\nfit reaches {_large(fit.max())}" if most > 1.25 else ""
             axes.set_title(f"{view}°, f up to {exact.max():.2g}{beyond}", fontsize=9)
             axes.tick_params(labelsize=7, pad=-1)
             axes.set_yticks([exact.max() / 2, exact.max()], ["", ""])

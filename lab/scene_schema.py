@@ -283,7 +283,7 @@ class LobeTable:
     def _function(self, name: str, given: set[str], place: Place) -> Function:
         known = lobes()
         if name not in known:
-            place.fail(f'"{name}", expected a lobe of N, V, L{like(name, known)}')
+            place.fail(f'"{name}", expected a lobe of N, V, L{catalogue.like(name, known)}')
         return next((f for f in known[name] if given <= {p.name for p in f.parameters}), known[name][0])
 
 
@@ -346,14 +346,6 @@ def read_table(value: dict, keys: tuple[Key, ...], place: Place) -> dict:
 def nearest(name, known) -> str:
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5) if isinstance(name, str) else []
     return f", did you mean {near[0]}?" if near else ""
-
-
-def like(name: str, known) -> str:
-    """The few lobes that may have been meant, where the list of all would be long."""
-    folded = {k.removeprefix("lobe_").lower(): k for k in known}
-    near = difflib.get_close_matches(name.removeprefix("lobe_").lower(), folded, n=3, cutoff=0.4)
-    meant = f", did you mean {' '.join(folded[k] + '?' for k in near)}" if near else ""
-    return f"{meant}; ./lobe list shows all"
 
 
 def _written(value) -> str:

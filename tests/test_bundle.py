@@ -112,5 +112,5 @@ def test_unknown_target_function_and_constant():
         bundle.bundle(LIBRARY, ["lobe_GGX"], "440")
     with pytest.raises(InputError, match="unknown function"):
         bundle.bundle(LIBRARY, ["lobe_Nothing"])
-    with pytest.raises(InputError, match="unknown constant 'LOBE_F0_MITHRIL': expected one of .*LOBE_F0_GOLD"):
+    with pytest.raises(InputError, match="unknown constant 'LOBE_F0_MITHRIL', did you mean LOBE_F0_[^ ]*\\?.*lobe list"):
         bundle.bundle(LIBRARY, ["LOBE_F0_MITHRIL"])

@@ -112,6 +112,8 @@ def test_library_obeys_the_grammar():
         assert f.kind != "helper" or not f.energy, f.key
 
 
-def test_unknown_function_lists_the_known():
-    with pytest.raises(InputError, match="unknown function 'lobe_GXX'.*lobe_GGX.*lobe_Lambert"):
-        catalogue.load().find("lobe_GXX")
+@pytest.mark.parametrize("name, meant", [("lobe_GXX", "lobe_GGX"), ("ggx", "lobe_GGX"), ("OrenNayer", "lobe_OrenNayar")])
+def test_unknown_function_names_what_may_be_meant(name, meant):
+    with pytest.raises(InputError, match=rf"unknown function '{name}', did you mean {meant}\?.*; ./lobe list shows all") as error:
+        catalogue.load().find(name)
+    assert len(str(error.value)) < 160

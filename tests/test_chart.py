@@ -3,6 +3,7 @@
 import itertools
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict
@@ -35,6 +36,21 @@ def test_every_function_was_measured_as_it_is():
              if FOUND["functions"].get(f.key, {}).get("stamp") != cost.stamp(LIBRARY, f)]
     assert not stale, f"their code is not the one that was measured; {REPAIR}"
     assert set(FOUND["functions"]) == {f.key for f in LIBRARY.functions}
+
+
+def test_headers_say_what_was_measured_of_costs():
+    def cycles(name):
+        return FOUND["functions"][LIBRARY.find(name)[0].key]["NAVI21"]["inverse_throughput"]
+
+    told = 0
+    for f in LIBRARY.functions:
+        for no, other in re.findall(r"([Nn]o )?cheaper than (lobe_\w+)", f.header):
+            assert (cycles(f.name) < cycles(other)) != bool(no), f.key
+            told += 1
+        for other, share in re.findall(r"as (lobe_\w+), at (\d+) % of its cost", f.header):
+            assert abs(100 * cycles(f.name) / cycles(other) - int(share)) < 2, f.key
+            told += 1
+    assert told >= 2
 
 
 def test_stamp_sees_code_and_what_it_calls_and_no_comment(tmp_path):

@@ -161,7 +161,7 @@ class TestForeign:
 
 GOLD = DATA / "ior" / "Au_Johnson.csv"
 BAD = {
-    "unknown lobe": (("compare", "lobe_GXX"), ("lobe_GXX", "lobe_GGX", "lobe_Lambert")),
+    "unknown lobe": (("compare", "lobe_GXX"), ("lobe_GXX", "lobe_GGX?", "lobe list")),
     "unknown scene": (("compare", "--scene", "teacup"), ("teacup", "teapot-point", "sphere-four")),
     "unknown mode": (("compare", "--mode", "pixel"), ("pixel", "points", "shading", "frame")),
     "unknown context": (("compare", "--context", "metal"), ("metal", "egl", "osmesa")),
@@ -177,6 +177,7 @@ BAD = {
     "out of range": (("compare", "lobe_GGX", "--set", "alpha=5"), ("alpha=5", "0.0001..4")),
     "no number": (("compare", "lobe_GGX", "--set", "alpha=x"), ("alpha=x", "1 finite number")),
     "two of three": (("compare", "lobe_GGX", "--set", "f0=1,0.5"), ("f0=1,0.5", "3 finite number")),
+    "too large": (("eval", "lobe_GGX", "alpha=1e99"), ("alpha=1e99", "finite")),
     "nan": (("eval", "lobe_GGX", "alpha=nan"), ("alpha=nan", "finite")),
     "nothing suits": (("compare", "lobe_alpha", "--mode", "frame"), ("nothing to compare",)),
     "no such mesh": (("compare", "--mesh", "absent.obj"), ("absent.obj",)),
@@ -189,7 +190,8 @@ BAD = {
     "bundle target": (("bundle", "lobe_GGX", "--target", "hlsl"), ("hlsl", "300es")),
     "reference of a term": (("reference", "lobe_D_GGX"), ("lobe_D_GGX", "lobe_Lambert")),
     "no command": (("paint",), ("paint",)),
-    "option": (("compare", "--sise", "3"), ("--sise",)),
+    "option": (("compare", "--sise", "3"), ("--sise", "lobe compare --help")),
+    "nothing checked": (("stability", "--function", "lobe_alpha", "--only", "cases"), ("--only cases", "lobe_alpha")),
     "size": (("compare", "--size", "0"), ("--size",)),
     "list unknown": (("list", "lobe_GXX"), ("lobe_GXX",)),
 }
@@ -299,6 +301,13 @@ def test_internal_error_is_one_line_and_status_3(lobe, monkeypatch):
 def test_without_arguments_it_prints_its_help(lobe):
     status, out, err = lobe()
     assert (status, err) == (0, "") and out == lobe("--help")[1] and out.count("\n") > 10
+    assert "..." not in out.partition("Commands:")[2], "a command's first sentence is too long for its line"
+
+
+@pytest.mark.parametrize("name", ["metals", "metals.glsl", "glsl/metals.glsl"])
+def test_a_file_may_be_named_as_it_lies_there(lobe, name):
+    status, out, _ = lobe("list", name)
+    assert status == 0 and "LOBE_F0_GOLD" in out and "lobe_GGX" not in out
 
 
 def test_skipped_triangles_are_told_once(lobe, tmp_path):

@@ -854,6 +854,22 @@ def test_a_screenshot_waits_for_the_numbers():
     app.release()
 
 
+def test_the_lobe_of_the_command_line_keeps_what_both_have(monkeypatch):
+    started = []
+
+    class Started(Exception):
+        pass
+
+    def start(state, *others):
+        started.append(state)
+        raise Started
+
+    monkeypatch.setattr(command, "start", start)
+    with pytest.raises(Started):
+        command.view(None, None, "lobe_GGX_aniso", (640, 480), None, None, 1.0)
+    assert started[0].lobe.key.startswith("lobe_GGX_aniso(") and started[0].lobe.values["f0"] == states.GOLD
+
+
 @pytest.mark.parametrize("arguments, expected", [
     ((), "--screenshot"), (("thing.fbx",), "unknown kind"),
     (("--mode", "sideways"), "expected one of shader"), (("--lobe", "lobe_GXX"), "did you mean lobe_GGX?"),

@@ -12,6 +12,7 @@ import numpy as np
 from ..lab import bundle, cost, domain, gallery
 from ..lab.catalogue import Catalogue, Function, Parameter
 from . import curves
+from .state import Lobe
 
 DECADES = 20.0  # a range that spans more than this factor gets a logarithmic slider
 LOWEST = 1e-4  # where the logarithmic slider of a range that begins at 0 begins
@@ -81,6 +82,12 @@ def carried_over(values: dict[str, tuple[float, ...]], function: Function) -> di
         return known if inside(p, known) else rounded_into(p, known) if len(known) == p.width else p.default
 
     return {p.name: value(p) for p in function.parameters if not p.is_geometry}
+
+
+def become(lobe: Lobe, function: Function) -> None:
+    """Another lobe, which keeps the values of the parameters that both have."""
+    lobe.values = carried_over(lobe.values, function)
+    lobe.key = function.key
 
 
 def about(function: Function, p: Parameter) -> list[str]:

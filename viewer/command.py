@@ -7,9 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-from ..lab import files, scene_schema
+from ..lab import catalogue, files, scene_schema
 from ..lab.errors import InputError
-from . import objects
+from . import choices, objects
 from . import state as states
 
 FIRST_FRAMES = 5  # until what a frame has asked for is what the next one waits for
@@ -29,7 +29,8 @@ def view(scene: Path | None, mode: str | None, lobe: str | None, size: tuple[int
     if mode is not None:
         state.mode = mode
     if lobe is not None:
-        state.sides["A"] = [states.default_lobe(key_of(lobe))]
+        del state.sides["A"][1:]
+        choices.become(state.sides["A"][0], states.lobes()[key_of(lobe)])
     app = start(state, size, screenshot is not None, density)
     app.services.reframe = scene is None or scene.suffix.lower() not in objects.SESSIONS
     for note in notes:
@@ -48,7 +49,7 @@ def key_of(lobe: str) -> str:
     """Of a lobe that --lobe names."""
     named, key = scene_schema.lobes(), lobe.replace(" ", "")
     if lobe not in named and key not in states.lobes():
-        raise InputError(f"--lobe {lobe}: is no lobe of N, V, L{scene_schema.like(lobe, named)}")
+        raise InputError(f"--lobe {lobe}: is no lobe of N, V, L{catalogue.like(lobe, named)}")
     return named[lobe][0].key if lobe in named else key
 
 

@@ -130,7 +130,7 @@ def _chooser(lobe: Lobe, services: Services, asked: bool) -> None:
     else:
         imgui.text_disabled("on the right: cycles for 64 pixels (RDNA2)")
     if chosen:
-        _become(lobe, chosen)
+        choices.become(lobe, chosen)
         imgui.close_current_popup()
         _closed[services] = combo, CLOSING
     imgui.end_combo()
@@ -144,12 +144,6 @@ def _keep_focus(services: Services, combo: int) -> None:
         _closed[services] = combo, frames - 1
         imgui.internal.set_focus_id(combo, imgui.internal.get_current_window())
         imgui.set_nav_cursor_visible(False)
-
-
-def _become(lobe: Lobe, function: Function) -> None:
-    """Another lobe, which keeps the values of the parameters that both have."""
-    lobe.values = choices.carried_over(lobe.values, function)
-    lobe.key = function.key
 
 
 def _with_defaults(function: Function) -> Lobe:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from . import camera, plots
+from . import camera, choices, plots
 from . import state as states
 from .state import AGAINST, MODES, REFERENCES, TONES
 
@@ -134,9 +134,10 @@ def _swap(app) -> None:
 
 def choose(state, step: int) -> None:
     """The next lobe of the library, or the one before, on the side that is edited."""
-    known = list(states.lobes())
-    at = known.index(state.lobe.key) if state.lobe.key in known else 0
-    state.sides[state.side][0] = states.default_lobe(known[(at + step) % len(known)])
+    known = states.lobes()
+    keys = list(known)
+    at = keys.index(state.lobe.key) if state.lobe.key in known else 0
+    choices.become(state.lobe, known[keys[(at + step) % len(keys)]])
 
 
 def _next_object(app) -> None:
