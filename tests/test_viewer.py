@@ -849,8 +849,16 @@ def test_a_screenshot_needs_no_display(tmp_path, name):
 
 def test_a_screenshot_waits_for_the_numbers():
     app = command.start(dataclasses.replace(states.initial(), object="sphere"), (640, 480), offscreen=True)
+    frame, began_complete = app.frame, []
+
+    def watched():
+        began_complete.append(numbers_panel.complete(app.services))
+        frame()
+
+    app.frame = watched
     command.draw(app, None)
     assert command.settled(app) and numbers_panel.complete(app.services)
+    assert began_complete[-1], "what was completed during the last frame is not in the picture"
     app.release()
 
 

@@ -76,6 +76,8 @@ def draw(app, frames: int | None) -> None:
             settled(app) and numbers_panel.complete(app.services) and app.services.idle):
         time.sleep(0.005)  # the reference needs the processor
         app.frame()
+    if frames is None:
+        app.frame()  # which shows what was completed during the last one
 
 
 def settled(app) -> bool:

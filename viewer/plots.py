@@ -29,6 +29,7 @@ POLAR_BOTTOM, POLAR_TOP = -0.14, 1.14  # of the polar plot, whose largest value 
 RINGS, SPOKES = 40, 72
 DASHES, PIECES = 40, 5  # along a line of what the edited side is compared with; straight pieces of one dash
 NARROW, WIDE = 11.5, 26.5  # em: the column of controls; a plot that is worth another one beside it
+LEAST = 12.0  # em of a plot that is worth the controls beside it
 
 # Distinct in every common form of colour blindness (after Okabe and Ito 2008), on dark ground.
 PALETTE = ((0.34, 0.71, 0.91), (0.95, 0.62, 0.10), (0.25, 0.80, 0.60), (0.85, 0.55, 0.75), (0.94, 0.89, 0.35),
@@ -92,6 +93,8 @@ def draw(state: State, services: Services) -> None:
     spacing = imgui.get_style().item_spacing
     size = imgui.get_content_region_avail()
     controls = NARROW * imgui.get_font_size()
+    if size.x < controls + LEAST * imgui.get_font_size():  # a small window shows the plot
+        controls = 0.0
     width = (size.x - controls) / len(shown) - spacing.x
     clear = imgui.ImVec4(0.0, 0.0, 0.0, 0.0)
     implot.push_style_color(implot.Col_.frame_bg, clear)
@@ -102,6 +105,8 @@ def draw(state: State, services: Services) -> None:
         imgui.same_line()
     implot3d.pop_style_color()
     implot.pop_style_color()
+    if not controls:
+        return imgui.new_line()
     if imgui.begin_child("controls", (0, size.y), imgui.ChildFlags_.nav_flattened):
         _controls(state, services, shown)
         if (error := apart(drawn)) is not None:
@@ -394,10 +399,10 @@ def line(series: Series, x: np.ndarray, y: np.ndarray, scale: float, logarithmic
     implot.plot_line(label, np.ascontiguousarray(x, float), np.ascontiguousarray(y, float), spec)
 
 
-def legend(series: list[Series]) -> float:
+def legend(series: list[Series], width: float) -> float:
     """One row over a plot that curves fill; returns its height."""
     draw, em, begin = imgui.get_window_draw_list(), imgui.get_font_size(), imgui.get_cursor_screen_pos()
-    right = begin.x + imgui.get_content_region_avail().x - NARROW * em
+    right = begin.x + width
     x, y = begin.x + 0.3 * em, begin.y
     entries = {s.label.split("##")[0]: s for s in series if not s.label.startswith("##")}
     for label, s in entries.items():
@@ -456,7 +461,7 @@ def _polar(state: State, services: Services, size: imgui.ImVec2) -> list[Series]
     largest = max((float(s.y.max(initial=0.0)) for s in series), default=0.0)
     decades = decades_of([s.y for s in series]) if plots.logarithmic else None
     imgui.begin_group()
-    size = imgui.ImVec2(size.x, size.y - legend(series))
+    size = imgui.ImVec2(size.x, size.y - legend(series, size.x))
     pad = 0.2 * imgui.get_font_size()
     implot.push_style_var(implot.StyleVar_.plot_padding, imgui.ImVec2(pad, pad))
     bare = implot.AxisFlags_.no_decorations | _LOCKED
@@ -501,7 +506,7 @@ def _polar_grid(decades: float | None, largest: float) -> None:
 def _over_angle(state: State, services: Services, size: imgui.ImVec2) -> list[Series]:
     series = _plane_series(state, services)
     imgui.begin_group()
-    size = imgui.ImVec2(size.x, size.y - legend(series))
+    size = imgui.ImVec2(size.x, size.y - legend(series, size.x))
     _angles("##angle", series, size, "angle of the view", "f [1/sr]", state.plots.logarithmic, (-90.0, 90.0),
             corner=None)
     imgui.end_group()
