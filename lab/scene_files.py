@@ -393,6 +393,7 @@ def _placed_shape(thing: dict, place: Place):
         center = np.array(thing["translate"])
         if thing["rest_on"] is not None:
             center[1] = thing["rest_on"] + scale
+        _require_resolved(2 * scale, abs(center).max(), place)
         return _Ball(center, scale)
     scale = np.array(thing["scale"]) * ((thing["fit"] or 2.0) / 2)
     if thing["shape"] == "plane" and scale[0] == scale[2]:
@@ -401,10 +402,16 @@ def _placed_shape(thing: dict, place: Place):
         if thing["rest_on"] is not None:
             reach = scale[0] * (abs(turn[1, 0]) + abs(turn[1, 2]))
             square = replace(square, center=square.center * (1, 0, 1) + (0, thing["rest_on"] + reach, 0))
+        _require_resolved(2 * scale[0], abs(square.center).max(), place)
         return square
     mesh, tangents = _disc() if thing["shape"] == "disc" else _rectangle_mesh()
     (placed,) = _placed_meshes([mesh], thing | {"flat": False}, place, [tangents])
     return placed
+
+
+def _require_resolved(extent: float, reach: float, place: Place) -> None:
+    if not extent > RESOLVED * reach:
+        place.fail(f"is {extent:.3g} large and {reach:.3g} away, which float32 does not resolve; scale it up")
 
 
 def _uniform(thing: dict, place: Place, shape: str) -> float:
@@ -449,8 +456,7 @@ def _placed_meshes(parts: list[meshes.Mesh], thing: dict, place: Place, tangents
     extent = (np.max([v.max(axis=0) for v in moved], axis=0) - np.min([v.min(axis=0) for v in moved], axis=0)).max()
     if not reach <= LARGEST:
         place.fail(f"reaches to {reach:.3g}, expected coordinates up to {LARGEST:g}; fit = 2 makes its longest side 2")
-    if not extent > RESOLVED * reach:
-        place.fail(f"is {extent:.3g} large and {reach:.3g} away, which float32 does not resolve; scale it up")
+    _require_resolved(extent, reach, place)
     inverse = np.linalg.inv(linear)
     turned = []
     for m, v, t in zip(parts, moved, tangents or [None] * len(parts)):

@@ -14,9 +14,9 @@ namespace lobe {
 
 constexpr double NO_EXTENT = std::numeric_limits<double>::infinity();  // density of the one direction to a point
 
-// Rays start this far above a surface, in units of the shape's largest coordinate: Embree's triangles are rounded to
-// 2^-24 of it, and its intersection adds a few roundings to that. Those to a light with an extent end as far before it,
-// and by so much of their length.
+// Rays start this far above a surface, in units of the shape's reach: Embree's triangles are rounded to 2^-24 of it, and
+// its intersection adds a few roundings to that. Those to a light with an extent, or to another surface, end as far
+// before it, and by so much of their length.
 constexpr double SHADOW_OFFSET = 0x1p-20;
 
 // What reaches a point, before shadows and before the cosine.

@@ -138,7 +138,7 @@ template <class Shape> int Scene::add_shape(Shape shape, embree::Geometry geomet
     rtcCommitScene(scene_.get());
     if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
         throw std::runtime_error("Embree could not build the scene");
-    const double offset = SHADOW_OFFSET * shape.largest_coordinate();
+    const double offset = SHADOW_OFFSET * shape.reach();
     objects_.push_back({std::move(shape), offset, {}});
     ++version_;
     return static_cast<int>(id);
@@ -300,7 +300,7 @@ bool Scene::visible(const Found& found, const Vec3& L, double distance) const {
 
 bool Scene::visible(const Found& from, const Found& to) const {
     const Vec3 way = to.surface.position - from.surface.position, origin = leaving(from, way).origin;
-    return reaches(scene_.get(), float_ray(origin, leaving(to, -way).origin - origin, 1));
+    return reaches(scene_.get(), float_ray(origin, leaving(to, -way).origin - origin, 1 - SHADOW_OFFSET));
 }
 
 Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {

@@ -100,7 +100,7 @@ Surface Mesh::surface(const Ray& ray, const Hit& hit, Detail detail) const {
     return s;
 }
 
-double Mesh::largest_coordinate() const {
+double Mesh::reach() const {
     double all = 0;
     for (const Vec3& p : vertices) all = std::max(all, largest(p));
     return all;
@@ -121,7 +121,7 @@ Surface Sphere::surface(const Ray& ray, const Hit&, Detail detail) const {
     return s;
 }
 
-double Sphere::largest_coordinate() const { return largest(center) + radius; }
+double Sphere::reach() const { return largest(center) + radius; }
 
 Surface Plane::surface(const Ray& ray, const Hit&, Detail) const {
     const Vec3 B = N.cross(T), to_center = center - ray.origin;
@@ -130,7 +130,18 @@ Surface Plane::surface(const Ray& ray, const Hit&, Detail) const {
     return {center + T * x + B * y, N, N, T, Vec2(x / half_x, y / half_y) / 2 + Vec2(0.5)};
 }
 
-double Plane::largest_coordinate() const { return largest(center) + half_x + half_y; }
+// Ground that extends far is not lifted by that: along itself it may be rounded as it likes. A little is left for planes
+// through the origin.
+double Plane::reach() const {
+    constexpr double LEAST = 0x1p-10;
+    const Vec3 B = N.cross(T);
+    double along = 0, all = 0;
+    for (int a = 0; a < 3; ++a) {
+        const double farthest = std::abs(center[a]) + std::abs(T[a]) * half_x + std::abs(B[a]) * half_y;
+        along += std::abs(N[a]) * farthest, all = std::max(all, farthest);
+    }
+    return along + LEAST * all;
+}
 
 std::array<Vec3, 4> Plane::corners() const {
     const Vec3 x = T * half_x, y = N.cross(T) * half_y;

@@ -19,6 +19,8 @@ struct Surface {
 
 enum class Detail { normals, all };  // whether T and uv are wanted, too; else they are null
 
+// Each shape tells its reach: the largest of its coordinates whose rounding moves it along its normal.
+
 // What Embree reports of a hit: the primitive and, on a triangle, the barycentrics of its second and third vertex.
 struct Hit {
     std::uint32_t primitive;
@@ -47,7 +49,7 @@ struct Mesh {
          std::vector<Vec3> tangents = {});
 
     Surface surface(const Ray& ray, const Hit& hit, Detail detail) const;
-    double largest_coordinate() const;
+    double reach() const;
 };
 
 // uv: u runs once around from +x over -z, v from the lower pole (-y) to the upper, both 0..1. T points along u.
@@ -56,7 +58,7 @@ struct Sphere {
     double radius;
 
     Surface surface(const Ray& ray, const Hit&, Detail detail) const;
-    double largest_coordinate() const;
+    double reach() const;
 };
 
 // A rectangle. uv is (0, 0) at center - half_x T - half_y B and (1, 1) at the opposite corner, B = N x T.
@@ -66,7 +68,7 @@ struct Plane {
     double half_x, half_y = half_x;
 
     Surface surface(const Ray& ray, const Hit&, Detail detail) const;
-    double largest_coordinate() const;
+    double reach() const;
     std::array<Vec3, 4> corners() const;
 };
 

@@ -214,6 +214,8 @@ MISTAKES = [  # (what is replaced, by what, the line's content that the message 
     ('shape = "sphere"', 'shape = "mesh"\nfile = "square.obj"\nscale = 1e7', "scale", ["objects[1].scale", "1e-6..1e6"]),
     ('shape = "sphere"', 'shape = "mesh"\nfile = "huge.obj"', "[[objects]]", ["objects[1]: reaches to 1e+30", "fit"]),
     ('shape = "sphere"', 'shape = "mesh"\nfile = "far.obj"', "[[objects]]", ["objects[1]: is 1 large and 1e+06 away"]),
+    *(('shape = "sphere"', f'shape = "{shape}"\nscale = 1e-3\ntranslate = [0, 1e3, 0]', "[[objects]]",
+       ["objects[1]: is 0.002 large and 1e+03 away"]) for shape in ("sphere", "plane", "disc")),
     ('shape = "sphere"', 'shape = "sphere"\nscale = [1, 2, 1]', "scale", ["objects[1].scale: a sphere stays round"]),
     ('shape = "sphere"', 'shape = "sphere"\nrotate = [1, 2, 1]', "rotate", ["objects[1].rotate"]),
     ('shape = "sphere"', 'shape = "sphere"\nfit = 0', "fit", ["objects[1].fit: 0 is out of range, expected a number"]),

@@ -127,6 +127,69 @@ TEST(Plane, HitsLieOnRayAndPlane) {
     });
 }
 
+// Points of a plane that are spread over it, as rays from above find them.
+void for_points_of(const Scene& scene, const Plane& p, const std::function<void(const Scene::Found&, Vec2)>& check) {
+    const Vec3 B = p.N.cross(p.T);
+    for (int i = 0; i < 64; ++i) {
+        const Sample sample(7, i);
+        const Vec2 u = sample.pair(0) * 2 - Vec2(1);
+        const Vec3 at = p.center + p.T * (0.999 * u.x * p.half_x) + B * (0.999 * u.y * p.half_y);
+        const auto found = scene.find({at + p.N * (0.1 * p.half_x), -p.N});
+        ASSERT_TRUE(found);
+        check(*found, sample.pair(1));
+    }
+}
+
+TEST(Plane, IsNotInItsOwnWay) {
+    for (int k = 0; k < 2000; ++k) {
+        const Sample sample(3, k);
+        const Vec2 tilt = sample.pair(0), size = sample.pair(1), turn = sample.pair(2), place = sample.pair(3);
+        const Vec2 lean = on_circle(turn.x) * std::pow(10, 1 - 9 * tilt.x);  // from level to steep
+        const Vec3 N = Vec3(lean.x, 1, lean.y).normalized();
+        const Vec2 t = on_circle(turn.y);
+        const double half = std::pow(10, 8 * size.x - 2), away = half * std::pow(10, 4 * size.y - 3);
+        const Plane plane{Vec3(away * place.x, place.y < 0.5 ? 0 : away * (place.y - 0.5), -away), N,
+                          orthonormal_tangent(N, {t.x, 0, t.y}), half};
+        Scene scene;
+        scene.add(plane);
+        for_points_of(scene, plane, [&](const Scene::Found& found, Vec2 u) {
+            const Vec2 c = on_circle(u.x);
+            const double cos = std::pow(10, -4 * u.y), sin = std::sqrt(1 - cos * cos);
+            const Vec3 L = Basis(plane.N, plane.T).to_world({c.x * sin, c.y * sin, cos});
+            EXPECT_TRUE(scene.visible(found, L, std::numeric_limits<double>::infinity()))
+                << "plane " << k << ", half " << half << ", N " << N << ", L " << L;
+            EXPECT_TRUE(scene.visible(found, -L, std::numeric_limits<double>::infinity()));
+        });
+    }
+}
+
+TEST(Plane, GetsTheShadowOfWhatIsNearHoweverFarItReaches) {
+    for (const double half : {1e1, 1e3, 1e6}) {
+        const Plane ground{{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, half};
+        Scene scene;
+        scene.add(ground);
+        scene.add(Sphere{{0, -0.45, 0}, 0.5});
+        const auto below = scene.find({{0.3, -0.94, 0}, {-0.3, -0.06, 0}});
+        ASSERT_TRUE(below && below->object == 0);
+        EXPECT_FALSE(scene.visible(*below, {0, 1, 0}, std::numeric_limits<double>::infinity())) << half;
+    }
+}
+
+TEST(Scene, SurfacesSeeEachOtherFromAfar) {
+    const Vec3 N = Vec3(0.3, -0.5, 0.7).normalized(), T = orthonormal_tangent(N, {1, 0, 0});
+    for (const double away : {1e1, 1e2, 1e3, 1e4, 1e5}) {
+        const Plane near{Vec3(0), N, T, 10}, far{N * away, -N, T, 10};
+        Scene scene;
+        scene.add(near), scene.add(far);
+        for_points_of(scene, near, [&](const Scene::Found& a, Vec2) {
+            for_points_of(scene, far, [&](const Scene::Found& b, Vec2) {
+                EXPECT_TRUE(scene.visible(a, b)) << away;
+                EXPECT_TRUE(scene.visible(b, a)) << away;
+            });
+        });
+    }
+}
+
 TEST(Mesh, HitsLieInTheTriangleAndInterpolate) {
     const Vec3 a(-1, -1, 0.2), b(1.2, -0.9, -0.3), c(0.1, 1.1, 0.4);
     std::vector<Vec3> normals = {Vec3(-0.5, -0.5, 1), Vec3(0.6, -0.4, 1), Vec3(0, 0.7, 1)};
