@@ -178,6 +178,8 @@ class _Builder:
             (place / "material").fail(str(error))
 
     def _note_unused(self) -> None:
+        if self.described["view"]:  # a session of the viewer, whose other materials are held against the first
+            return
         for name in sorted(set(self.described["materials"]) - self.used):
             self._note(self.place / "materials" / name, "is used by no object")
 

@@ -14,7 +14,7 @@ import pytest
 
 from lobe import reference
 from lobe.lab import catalogue, cli, commands, compare, files
-from lobe.lab.paths import DATA, GLSL
+from lobe.lab.paths import DATA, GLSL, ROOT
 
 MY_GGX = """#version 330
 const float MY_PI = 3.14159265;
@@ -90,6 +90,17 @@ class TestForeign:
         status, _, err = lobe("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--size", 64,
                               "--scene", "sphere-directional", "--set", "alpha=0.5", "--units", 64, "--mode", "shading")
         assert (status, err) == (0, "")
+
+    @pytest.mark.full
+    @pytest.mark.parametrize("alpha, units", [(0.2, 41), (0.05, 376)])
+    def test_units_of_the_usual_form_are_those_of_the_readme(self, lobe, tmp_path, alpha, units):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        assert f"{units} units at alpha = {alpha}" in text or f"{units} at {alpha}" in text
+        (tmp_path / "my.glsl").write_text(MY_GGX)
+        lobe("compare", "--glsl", "my.glsl", "--call", CALL, "--against", "lobe_GGX", "--mode", "shading",
+             "--set", f"alpha={alpha}", "--units", 64, "--json", "found.json")
+        worst = max(row["max_units"] for row in json.loads((tmp_path / "found.json").read_text())["results"])
+        assert worst == pytest.approx(units, rel=0.05)
 
     def test_wrong_function_fails(self, lobe, tmp_path):
         (tmp_path / "my.glsl").write_text(MY_GGX.replace("D * G", "D * G * 1.001"))

@@ -405,6 +405,7 @@ def test_room_around_the_camera_is_no_mistake(scene, tmp_path):
 def test_unused_material_is_noted(scene):
     text = BASE.replace('material = "coated"', 'material = "clay"')
     assert scene(text).notes == [f"{scene(text).path}:{line_of(text, '[materials.coated]')}: materials.coated: is used by no object"]
+    assert not scene(text + "\n[view]\nmode = 'split'\n").notes, "a session's other lobes are its own"
 
 
 # What comes into the scene.
