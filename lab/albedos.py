@@ -190,6 +190,8 @@ def draw(figure, found: dict) -> None:
         plots.style(axes, ylim=(0, 1.6), xlim=(0, 90), xticks=(0, 30, 60, 90))
         axes.set_title(name.removeprefix("lobe_"), fontsize=7, loc="left")
         axes.tick_params(labelsize=6)
+    figure.supxlabel("angle of the view [degrees]", fontsize=8)
+    figure.supylabel("albedo", fontsize=8)
 
 
 SIZE = (11, 9)  # inches, of the figure

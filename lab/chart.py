@@ -176,7 +176,7 @@ def _scale_x(axes, costs: list[float]) -> None:
     axes.tick_params(axis="x", which="minor", labelsize=7)
 
 
-LEADER = {"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.5, "shrinkB": 3}
+LEADER = {"arrowstyle": "-", "color": "#666666", "linewidth": 0.5, "shrinkB": 3}
 
 
 def place_labels(axes, points, texts, colours) -> None:
@@ -192,7 +192,8 @@ def place_labels(axes, points, texts, colours) -> None:
         note.remove()
         x, y, box = _free(spots[i], width, height, area, taken)
         taken.append(box)
-        far = np.hypot(x - spots[i][0], y - spots[i][1]) > 1.4 * height + width / 2
+        gaps = np.maximum(abs(np.array([x, y]) - spots[i]) - (width / 2, height / 2), 0)
+        far = np.hypot(*gaps) > 1.2 * height
         note = axes.annotate(texts[i], points[i], xytext=((x - spots[i][0]) / scale, (y - spots[i][1]) / scale),
                       textcoords="offset points", fontsize=7, color=colours[i], ha="center", va="center", zorder=4,
                       arrowprops=LEADER if far else None)

@@ -112,6 +112,7 @@ def _named(axes, title: str, x: str, y: str) -> None:
     axes.set_xlabel(x, fontsize=8)
     axes.set_ylabel(y, fontsize=8)
     axes.tick_params(labelsize=7)
+    axes.xaxis.set_minor_formatter("")  # which names 2, 3 and 4 where an axis has one decade, over each other
 
 
 def _draw_allowed(axes, error_map: Map) -> None:
