@@ -58,6 +58,8 @@ class Settings:
     strategy: str
     layers: bool
     adaptive: bool
+    guided: bool
+    share: bool
 
 
 def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: str | None) -> Settings:
@@ -71,7 +73,7 @@ def settings(scene: SceneFile, width: int | None, seed: int | None, strategy: st
         height = max(1, round(film["height"] * width / film["width"]))
     return Settings(width or film["width"], height, render["depth"], render["roulette"],
                     render["seed"] if seed is None else seed, strategy or render["strategy"],
-                    film["layers"] and len(scene.lights) > 1, render["adaptive"])
+                    film["layers"] and len(scene.lights) > 1, render["adaptive"], render["guided"], render["share"])
 
 
 def budget(scene: SceneFile, spp: int | None, seconds: float | None, error: float | None) -> Budget:
@@ -103,7 +105,7 @@ class Rendering:
             self.render = reference.Render(
                 scene.scene, scene.camera, settings.width, settings.height, depth=settings.depth,
                 roulette=settings.roulette, seed=settings.seed, strategy=settings.strategy, layers=settings.layers,
-                adaptive=settings.adaptive)
+                adaptive=settings.adaptive, guided=settings.guided, share=settings.share)
         except (MemoryError, ValueError) as error:
             (scene.place / "film").fail(str(error) or "is too large for the memory")
 
@@ -285,13 +287,17 @@ def stops() -> Iterator[list[int]]:
 
 
 def require_memory(scene: SceneFile, settings: Settings) -> None:
-    """InputError where film and checkpoint would not fit into what memory is free."""
+    """InputError where film, checkpoint and photons would not fit into what memory is free."""
+    from lobe import reference
+
     each = FILM_BYTES + settings.adaptive * SHARE_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
-    needed, free = COPIES * each * settings.width * settings.height, free_memory()
+    photons = reference.guide_bytes(scene.scene) if settings.guided else 0
+    needed, free = COPIES * each * settings.width * settings.height + photons, free_memory()
     if needed > free:
         (scene.place / "film" / "width").fail(
             f"{settings.width} x {settings.height} pixels need {needed / 2**30:.1f} GB, and {free / 2**30:.1f} GB are "
-            "free; choose a smaller picture" + (", or layers = false" if settings.layers else ""))
+            "free; choose a smaller picture" + (", or layers = false" if settings.layers else "")
+            + (", or guided = false" if photons else ""))
 
 
 def free_memory() -> int:

@@ -396,6 +396,9 @@ def _schema() -> dict[str, Key]:
             Key("strategy", Choice(STRATEGIES), "how light is found: both ways combined, by the lights, "
                 "or by the lobes", "mis"),
             Key("adaptive", Flag(), "noisier parts get more samples, spp on an average; without bias", False),
+            Key("guided", Flag(), "photons tell paths where light comes through glass or off mirrors; without bias", True),
+            Key("share", Flag(), "near pixels share light that their paths find on Lambertian surfaces; without bias, but "
+                "their noise is then alike", True),
         )), "how it is rendered", {}),
         Key("environment", Table((
             Key("file", File(PICTURES), "a latitude-longitude OpenEXR picture, linear, its first row up", None),

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <tuple>
 
 namespace lobe {
@@ -153,17 +152,23 @@ Guide::Guide(const Scene& scene, int depth, std::size_t count) {
     }
     std::vector<Crowd> crowds;
     divide(photons.data(), photons.data() + photons.size(), crowds);
-    std::vector<std::optional<Cell>> cells(crowds.size());
-    parallel_for(crowds.size(), [&](std::size_t i) { cells[i].emplace(crowds[i].first, crowds[i].second, others); });
-    cells_.reserve(cells.size());
-    for (const auto& cell : cells) cells_.push_back(*cell);
+    cells_.resize(crowds.size());
+    parallel_for(crowds.size(), [&](std::size_t i) { cells_[i].emplace(crowds[i].first, crowds[i].second, others); });
+}
+
+std::shared_ptr<const Guide> Scene::guide(int depth, std::size_t photons) const {
+    const std::scoped_lock locked(guides_.lock);
+    if (guides_.version != version_ || guides_.depth != depth) guides_.made.clear();
+    guides_.version = version_, guides_.depth = depth;
+    auto& guide = guides_.made[photons];
+    if (!guide) guide = std::make_shared<const Guide>(*this, depth, photons);
+    return guide;
 }
 
 // Halves the photons across the side on which they are longest, until a few lie together. Returns the node.
 std::uint32_t Guide::divide(Photon* begin, Photon* end, std::vector<Crowd>& crowds) {
-    constexpr int MOST = 128;
     const auto id = static_cast<std::uint32_t>(nodes_.size());
-    if (end - begin <= MOST) {
+    if (end - begin <= CROWD) {
         nodes_.push_back({LEAF, 0, {static_cast<std::uint32_t>(crowds.size()), 0}});
         crowds.emplace_back(begin, static_cast<int>(end - begin));
         return id;
@@ -184,7 +189,7 @@ const Guide::Cell* Guide::at(const Vec3& position) const {
     if (nodes_.empty()) return nullptr;
     const Node* node = nodes_.data();
     while (node->axis != LEAF) node = &nodes_[node->children[position[node->axis] >= node->at]];
-    const Cell& cell = cells_[node->children[0]];
+    const Cell& cell = *cells_[node->children[0]];
     return cell.chance() > 0 && cell.holds(position) ? &cell : nullptr;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -54,14 +55,20 @@ public:
     };
 
     Guide() = default;
-    // Of a million photons it takes up to 40 MB, and 60 MB more while it is made.
     Guide(const Scene& scene, int depth, std::size_t photons);
+
+    // Bytes that guides of so many photons, a power of 2, and of each fourth part as many take together, while the
+    // largest is made.
+    static constexpr std::size_t most_bytes(std::size_t photons) {
+        const std::size_t cells = photons / CROWD;
+        return photons * sizeof(Photon) + cells * (sizeof(Crowd) + 4 * (sizeof(std::optional<Cell>) + 2 * sizeof(Node)) / 3);
+    }
 
     // Null where hardly any photon has come.
     const Cell* at(const Vec3& position) const;
 
 private:
-    static constexpr int LEAF = -1;
+    static constexpr int LEAF = -1, CROWD = 128;
     struct Node {
         int axis;  // along which photons are on either side, or LEAF
         double at;
@@ -72,7 +79,7 @@ private:
     std::uint32_t divide(Photon* begin, Photon* end, std::vector<Crowd>& crowds);
 
     std::vector<Node> nodes_;
-    std::vector<Cell> cells_;
+    std::vector<std::optional<Cell>> cells_;  // all are there
 };
 
 }  // namespace lobe

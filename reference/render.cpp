@@ -494,17 +494,21 @@ void Render::advance(int samples) {
     }
 }
 
-// As many photons as cost about a fifth of the time of all samples up to the last look, but FEWEST at least, half a second
-// of one core: a function of the turns, however they are split into calls.
+std::size_t Render::guide_bytes(const Scene& scene) {
+    const auto& objects = scene.objects();
+    const bool asks = std::any_of(objects.begin(), objects.end(),
+                                  [](const Scene::Object& o) { return o.material.mirror || o.material.glass; });
+    return asks ? Guide::most_bytes(MOST_PHOTONS) : 0;
+}
+
+// A photon for each sample up to the last look, so that they cost about a third of its time: a function of the turns,
+// however these are split into calls. Fourfold steps, so that all guides together take a third more than the last one.
 void Render::aim() {
     if (!settings_.guided) return;
-    constexpr double FEWEST = 1 << 18, MOST = 1 << 20;
-    const int look = std::max(last_look(samples_), Shares::FIRST_LOOK);
-    const double wanted = static_cast<double>(film_.pixels()) * look / 4;
-    const auto photons = static_cast<std::size_t>(std::clamp(wanted, FEWEST, MOST));
-    if (photons == photons_) return;
-    guide_ = Guide(scene_, settings_.depth, photons);
-    photons_ = photons;
+    const std::size_t samples = film_.pixels() * std::max(last_look(samples_), Shares::FIRST_LOOK);
+    std::size_t photons = FEWEST_PHOTONS;
+    while (photons < MOST_PHOTONS && 4 * photons <= samples) photons *= 4;
+    guide_ = scene_.guide(settings_.depth, photons);
 }
 
 // Samples of a pixel that a turn brings.
@@ -515,7 +519,7 @@ int Render::due(std::size_t pixel, int turn) const {
 }
 
 void Render::add_samples(int count) {
-    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_, guide_); });
+    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_, *guide_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
     const int look = next_look(samples_), halves = settings_.variance ? Film::HALVES : 1;
 

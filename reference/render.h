@@ -44,6 +44,8 @@ public:
     bool finished() const;
     // Samples of the pixels that are not finished, on an average.
     int turns() const { return samples_; }
+    // Bytes besides film, layers and shares that a guided render of the scene may take; the scene keeps a third of them.
+    static std::size_t guide_bytes(const Scene& scene);
 
     const RenderSettings& settings() const { return settings_; }
     const Film& film() const { return film_; }
@@ -62,6 +64,8 @@ public:
     void restore(std::string_view state);
 
 private:
+    static constexpr std::size_t FEWEST_PHOTONS = 1 << 16, MOST_PHOTONS = 1 << 20;
+
     void add_samples(int count);
     void aim();
     void finish_tiles();
@@ -82,8 +86,7 @@ private:
     std::vector<LayerFilm> layers_;
     std::optional<Shares> shares_;
     bool shares_light_;
-    Guide guide_;
-    std::size_t photons_ = 0;  // that the guide has been made of
+    std::shared_ptr<const Guide> guide_ = std::make_shared<const Guide>();
     std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average
     double target_ = 0;
 };

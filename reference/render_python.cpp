@@ -66,6 +66,8 @@ nb::object layers(const Render& render) {
 }  // namespace
 
 void bind_render(nb::module_& m) {
+    m.def("guide_bytes", &Render::guide_bytes, "scene"_a,
+          "Bytes that photons of a guided render may take; 0 where the scene has neither mirror nor glass.");
     nb::class_<Render>(m, "Render",
                        "A path-traced picture that gets better as long as one likes. ValueError on bad input, and where\n"
                        "the scene has been changed since.")

@@ -7,6 +7,9 @@
 #include "shape.h"
 
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,6 +37,8 @@ struct Trace {
 struct RayCount {
     std::size_t primary, shadow;
 };
+
+class Guide;
 
 using Source = std::variant<Light, RectangleLight, SphereLight, Environment>;
 
@@ -84,6 +89,10 @@ public:
     // out: (light, object).
     std::vector<std::pair<int, int>> enclosed_lights() const;
 
+    // Photons of the scene as it is, for paths of a depth (guide.h): made once, however many renders ask. Waits where
+    // another thread makes it.
+    std::shared_ptr<const Guide> guide(int depth, std::size_t photons) const;
+
     // The first surface that a ray meets. Detail::normals leaves out the tangent where the material takes none.
     std::optional<Found> find(const Ray& ray, Detail detail = Detail::all) const;
     // The ray that leaves a surface towards L.
@@ -120,6 +129,13 @@ private:
     std::vector<Object> objects_;
     std::vector<Source> sources_;
     int version_ = 0;
+
+    struct Guides {
+        std::mutex lock;
+        int version = 0, depth = 0;                               // for which they are
+        std::map<std::size_t, std::shared_ptr<const Guide>> made;  // by number of photons
+    };
+    mutable Guides guides_;
 };
 
 }  // namespace lobe

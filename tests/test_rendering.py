@@ -13,7 +13,9 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from lobe import reference
 from lobe.lab import cli, exr, files, rendering, scene_files
+from lobe.lab.errors import InputError
 from lobe.lab.paths import ROOT
 
 EXAMPLES = ROOT / "examples" / "scenes"
@@ -504,6 +506,64 @@ def test_memory_stays_below_three_films(tmp_path):
     film = (rendering.FILM_BYTES + 3 * rendering.LAYER_BYTES) * pixels
     print(f"{(large - small) / pixels:.0f} bytes a pixel, {(large - small) / film:.2f} films")
     assert large - small < 3 * film
+
+
+GLASS = SCENE.replace('shape = "sphere"\nmaterial = "coated"', 'shape = "sphere"\nmaterial = "clear"').replace(
+    "[[objects]]", "[materials.clear]\nglass = { eta = 1.5 }\n\n[materials.chalk]\n"
+    'lobes = [{ lobe = "lobe_Lambert", albedo = 0.5 }]\n\n[[objects]]', 1).replace(
+    'shape = "plane"\nmaterial = "coated"', 'shape = "plane"\nmaterial = "chalk"')
+
+
+GROWTH = """if True:
+    import resource, sys
+    from lobe import reference
+    from lobe.lab import scene_files
+    scene = scene_files.load(sys.argv[1])
+    render = reference.Render(scene.scene, scene.camera, 256, 256)
+    before = int(open("/proc/self/statm").read().split()[1]) * resource.getpagesize()
+    render.advance(16)
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - before)
+"""
+
+
+def test_photons_take_no_more_memory_than_is_asked_for(tmp_path):
+    """As many of them as there may be, since there are 2^20 samples."""
+    (tmp_path / "s.toml").write_text(GLASS)
+    grown = subprocess.run([sys.executable, "-c", GROWTH, tmp_path / "s.toml"], capture_output=True, text=True, check=True)
+    asked = reference.guide_bytes(scene_files.load(tmp_path / "s.toml").scene)
+    print(f"{int(grown.stdout) / 2**20:.1f} MB, {asked / 2**20:.1f} asked for")
+    assert 2**25 < int(grown.stdout) < asked + 2**23 < 2**27  # threads take some, too
+
+
+def test_photons_must_fit_into_the_memory(tmp_path, monkeypatch):
+    for name, text in (("glass", GLASS), ("alone", GLASS.replace("spp = 16", "guided = false")), ("plain", SCENE)):
+        (tmp_path / f"{name}.toml").write_text(text)
+    monkeypatch.setattr(rendering, "free_memory", lambda: 2**25)
+    glass, alone, plain = (scene_files.load(tmp_path / f"{name}.toml") for name in ("glass", "alone", "plain"))
+    for scene in (alone, plain):
+        rendering.require_memory(scene, rendering.settings(scene, None, None, None))
+    with pytest.raises(InputError, match="or guided = false"):
+        rendering.require_memory(glass, rendering.settings(glass, None, None, None))
+
+
+def test_guided_and_share_reach_the_render(tmp_path):
+    def drawn(edit):
+        path = tmp_path / "s.toml"
+        path.write_text(GLASS.replace("spp = 16", f"spp = 16\n{edit}"))
+        scene = scene_files.load(path)
+        job = rendering.Rendering(scene, rendering.settings(scene, None, None, None), tmp_path)
+        job.render.advance(16)
+        return job
+
+    jobs = {edit: drawn(edit) for edit in ("", "guided = false", "share = false")}
+    assert len({job.identity for job in jobs.values()}) == 3
+    for edit, settings in (("", {}), ("guided = false", {"guided": False}), ("share = false", {"share": False})):
+        scene = jobs[edit].scene
+        render = reference.Render(scene.scene, scene.camera, 48, 32, layers=jobs[edit].settings.layers, **settings)
+        render.advance(16)
+        assert np.array_equal(jobs[edit].render.beauty(), render.beauty())
+    assert not np.array_equal(jobs[""].render.beauty(), jobs["guided = false"].render.beauty())
+    assert not np.array_equal(jobs[""].render.groups(), jobs["share = false"].render.groups())
 
 
 # The six scenes.

@@ -93,5 +93,24 @@ TEST(Guide, TellsWhereLightComesThroughGlass) {
     EXPECT_EQ(Guide(scene, 1, 1 << 12).at({0, -4, 0}), nullptr);  // one is that with the lobe
 }
 
+// Renders of one scene, such as a window's whenever its camera moves, ask for the same photons again.
+TEST(Guide, IsMadeOnceForASceneAsItIs) {
+    Scene scene;
+    const int ball = scene.add(Sphere{Vec3(0), 1});
+    scene.set_material(ball, {{}, {}, Glass{1.5}});
+    const Lobe lambert("lobe_Lambert(vec3,vec3,vec3,vec3)", {{"albedo", {0.5, 0.5, 0.5}}});
+    scene.set_material(scene.add(Plane{{0, -4, 0}, {0, 1, 0}, {1, 0, 0}, 9}), {{lambert}, {}, {}});
+    scene.add_sphere_light({{0, 20, 0}, 0.5}, Vec3(100));
+    const auto first = scene.guide(8, 1 << 12), more = scene.guide(8, 1 << 14);
+    EXPECT_NE(first, more);
+    EXPECT_EQ(scene.guide(8, 1 << 12), first);
+    EXPECT_EQ(scene.guide(8, 1 << 14), more);
+    ASSERT_NE(first->at({0, -4, 0}), nullptr);
+    EXPECT_EQ(scene.guide(1, 1 << 12)->at({0, -4, 0}), nullptr);  // one is that with the lobe
+    scene.set_material(ball, {{lambert}, {}, {}});
+    EXPECT_EQ(scene.guide(8, 1 << 12)->at({0, -4, 0}), nullptr);
+    ASSERT_NE(first->at({0, -4, 0}), nullptr);  // whoever uses it still may
+}
+
 }  // namespace
 }  // namespace lobe

@@ -444,7 +444,8 @@ def _read_scene(path):
 
     strategy, depth = settings.strategy, min(settings.depth, 16)
     render = reference.Render(scene.scene, scene.camera, 3, 2, depth=depth, roulette=settings.roulette,
-                              seed=settings.seed, strategy=strategy, layers=settings.layers)
+                              seed=settings.seed, strategy=strategy, layers=settings.layers,
+                              guided=settings.guided, share=settings.share)
     render.advance(1)
     beauty = render.beauty()
     require(np.isfinite(beauty).all() and beauty.min() >= 0, f"beauty {beauty.min()} to {beauty.max()}")
