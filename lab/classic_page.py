@@ -91,6 +91,7 @@ def energy_error(row: dict, found: dict) -> float:
 def page(found: dict) -> str:
     own = "; ".join(f"{t['name']} {max(t['albedo']):.2f}" for t in found["targets"])
     brightest = max(found["targets"], key=lambda t: max(t["albedo"]))
+    largest, view = max(zip(brightest["albedo"], classic.VIEWS))
     simulations = "; ".join(f"{t['name']} ({t['source']})" for t in found["targets"] if t["kind"] == "simulation")
     flips = "; ".join(f"{name} {', '.join(f'{x:.3f}' for x in found['flip'][name])}" for name in SHOWN)
     return f"""# The classic comparison
@@ -101,7 +102,7 @@ Ngan et al. 2004 fitted the models of their day to the same measurements and ask
 
 * **Six published fits** of measured materials: {", ".join(names(found, "fit"))}. Only S. Westin's three Lafortune lobes
   of each are known here, [not the measurements](fits.md). What follows says how well a model imitates these fits,
-  their faults included: {brightest["name"]} gives back up to {max(brightest["albedo"]):.2f} times what it gets, which
+  their faults included: {brightest["name"]} gives back {largest:.2f} times what it gets, seen at {view}°, which
   no model that conserves energy will follow, nor should.
 * **Four simulations**: {simulations}.
   Student facets have a tail between those of GGX and Beckmann, so that neither is at home; waves scatter like
@@ -140,10 +141,10 @@ are the material itself, one and two its kin.
 A squared error is ruled by the highlight. Cube roots of N·V N·L f are nearer to what people see (Fores, Ferwerda, Gu
 2012), and count the dark parts: their relative error, for the same fits, stands here. *Albedo off* is the mean distance
 of the fit's albedo from the material's at {", ".join(map(str, classic.VIEWS))} degrees, over all materials; *largest*
-the most that any of the fits gives back, of its brightest channel; above 1 in bold.
+the most that any of the fits gives back at these angles, of its brightest channel; above 1 in bold.
 
 {energy_table(found)}
-The materials' own, at most: {own}.
+The materials' own, the most at these angles: {own}.
 
 ![Teapots](figures/classic-teapots.png)
 
