@@ -115,9 +115,10 @@ def bundle(
 @app.command(name="eval")
 def evaluate(
     function: Annotated[str, typer.Argument(help="A function, e.g. lobe_D_GGX.")],
-    values: Annotated[list[str], typer.Argument(metavar="key=value...", help="Arguments; vectors as 0,0,1.")] = None,
+    values: Annotated[list[str], typer.Argument(metavar="key=value...", help="Arguments; vectors as 0,0,1; directions "
+                                       "are brought to unit length.")] = None,
     beyond: Annotated[bool, typer.Option("--any", help="Accept finite values beyond the range that the header "
-                                         "states.")] = False,
+                                         "states, and directions of any length.")] = False,
     context: Annotated[str, typer.Option("--context", help="egl, osmesa or all.")] = "egl",
     json: Json = None,
 ):

@@ -52,6 +52,8 @@ def parse_settings(pairs: list[str], parameters: list[Parameter], beyond: bool =
         if not equals or not takers:
             known = dict.fromkeys(p.name for p in parameters)
             raise InputError(f"'{pair}': unknown parameter, expected NAME=VALUE with one of {', '.join(known)}")
+        if name in settings:
+            raise InputError(f"'{pair}': {name} is given twice, expected one value")
         settings[name] = parse_value(takers[0], text)
         for p in takers:
             if not beyond:
@@ -85,6 +87,14 @@ def check_range(parameter: Parameter, value: tuple[float, ...]) -> None:
     if not parameter.admits(value):
         raise InputError(f"'{parameter.name}={','.join(f'{x:g}' for x in value)}': out of range, "
                          f"expected {parameter.low:g}..{parameter.high:g}")
+
+
+def unit(parameter: Parameter, value: tuple[float, ...]) -> tuple[float, ...]:
+    """A direction at unit length, which lobes take for granted."""
+    if not any(value):
+        raise InputError(f"'{parameter.name}={','.join(f'{x:g}' for x in value)}': has no direction, expected a number "
+                         "other than 0")
+    return tuple(np.array(value) / np.linalg.norm(value))
 
 
 def contexts(name: str) -> tuple[str, ...]:
@@ -335,6 +345,9 @@ def evaluate(name: str, pairs: list[str], beyond: bool, context: str, json: str 
     function = next((f for f in overloads if given <= {p.name for p in f.parameters}), overloads[0])
     compare_.require_reference((function,))
     settings = parse_settings(pairs, list(function.parameters), beyond)
+    if not beyond:
+        settings |= {p.name: unit(p, settings[p.name]) for p in function.parameters
+                     if p.kind == "direction" and p.name in settings}
     outside = [p for p in function.parameters if not p.admits(settings.get(p.name, p.default))]
     inputs = {p.name: np.array(settings.get(p.name, p.default), np.float32)[None, None] for p in function.parameters}
     case = compare_.Case(function, "given", "points", inputs, None, compare_.reference_values(function, inputs, None))

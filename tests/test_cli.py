@@ -196,6 +196,9 @@ BAD = {
     "no such table": (("compare", "--metal", "absent.csv"), ("absent.csv",)),
     "unwritable": (("compare", "lobe_alpha", "--out", DATA / "README.md" / "out"), ("README.md",)),
     "unwritable json": (("compare", "lobe_alpha", "--points", "64", "--json", DATA / "README.md" / "r.json"), ("README.md",)),
+    "no direction": (("eval", "lobe_GGX", "V=0,0,0"), ("V=0,0,0", "no direction")),
+    "given twice": (("eval", "lobe_GGX", "alpha=0.1", "alpha=0.2"), ("alpha=0.2", "twice")),
+    "set twice": (("compare", "lobe_GGX", "--set", "alpha=0.1", "--set", "alpha=0.2"), ("alpha=0.2", "twice")),
     "eval unknown": (("eval", "lobe_D_GGX", "NdotX=1"), ("NdotX", "NdotH")),
     "bundle unknown": (("bundle", "GGX"), ("GGX", "lobe_GGX")),
     "bundle target": (("bundle", "lobe_GGX", "--target", "hlsl"), ("hlsl", "300es")),
@@ -362,6 +365,17 @@ def test_eval_beyond_the_range_says_so(lobe):
     assert not json.loads(lobe(*gold, "--any", "--json", "-")[1])["results"][0]["in_range"]
     assert "promised" not in lobe("eval", "lobe_GGX", "f0=1", "--any")[1]
     assert lobe("eval", "lobe_GGX", "f0=nan", "--any")[0] == 2
+
+
+def test_eval_takes_directions_of_any_length(lobe):
+    """Lobes take them for unit, so that others would be called out of tolerance."""
+    def values(*arguments):
+        row = json.loads(lobe("eval", "lobe_GGX", *arguments, "--json", "-")[1])["results"][0]
+        return row["reference"], row["glsl"]
+
+    unit = values("N=0,0,1", "V=0.6,0,0.8")
+    assert np.allclose(values("N=0,0,7", "V=3,0,4"), unit, rtol=1e-6)
+    assert not np.allclose(values("N=0,0,7", "V=3,0,4", "--any")[1], unit[1], rtol=1e-2)
 
 
 def test_bundle_goes_to_a_file(lobe, tmp_path):
