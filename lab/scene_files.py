@@ -83,6 +83,7 @@ class _Builder:
         self._environment()
         camera = self._camera(eye)
         self._note_enclosed_lights()
+        self._note_flush_lights()
         if not self.lights:
             self.place.fail("has no light, expected [[lights]] or [environment]")
         self._note_unused()
@@ -199,6 +200,17 @@ class _Builder:
             self._note(self.place / "lights" / light,
                        f"lies inside of the closed object {self.objects[thing]}, out of which it lights nothing")
 
+    def _note_flush_lights(self) -> None:
+        for i, light in enumerate(self.described["lights"]):
+            if light["type"] != "rectangle":
+                continue
+            center, u, v = _rectangle(light, self.place / "lights" / i)
+            points = [center + (a * u + b * v) / 2 for a in (-1, 0, 1) for b in (-1, 0, 1)]
+            for solid in self.solids:
+                if all(solid.shape.touches(point) for point in points):
+                    self._note(self.place / "lights" / i, f"lies in the surface of {solid.name}, so that a ray may meet "
+                               "either; move it towards its target by a thousandth of its size")
+
     def _environment(self) -> None:
         given, place = self.described["environment"], self.place / "environment"
         if given is None:
@@ -256,7 +268,8 @@ def _mirror(given: dict | None, place: Place) -> dict | None:
 # Lights: each adds one to a scene.
 
 
-def _rectangle(scene, light: dict, place: Place) -> None:
+def _rectangle(light: dict, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Its centre, and from there half of its width and half of its height."""
     center, target = np.array(light["center"]), np.array(light["target"])
     if not (facing := target - center).any():
         (place / "target").fail("is the center, expected another point, which the light faces")
@@ -264,7 +277,11 @@ def _rectangle(scene, light: dict, place: Place) -> None:
     level = np.cross((0.0, 1.0, 0.0), facing)
     level = level / np.linalg.norm(level) if np.linalg.norm(level) > 1e-6 else np.array((1.0, 0.0, 0.0))
     width, height = light["size"]
-    scene.add_rectangle_light(center, level * (width / 2), np.cross(facing, level) * (height / 2), light["radiance"])
+    return center, level * (width / 2), np.cross(facing, level) * (height / 2)
+
+
+def _rectangle_light(scene, light: dict, place: Place) -> None:
+    scene.add_rectangle_light(*_rectangle(light, place), light["radiance"])
 
 
 def _sphere_light(scene, light: dict, place: Place) -> None:
@@ -279,7 +296,7 @@ def _directional(scene, light: dict, place: Place) -> None:
     scene.add_directional_light(light["direction"], light["irradiance"])
 
 
-_LIGHTS = {"rectangle": _rectangle, "sphere": _sphere_light, "point": _point, "directional": _directional}
+_LIGHTS = {"rectangle": _rectangle_light, "sphere": _sphere_light, "point": _point, "directional": _directional}
 
 
 # Shapes where they stand in the scene.

@@ -389,6 +389,15 @@ def test_light_within_glass_is_not_noted(scene):
     assert scene(text.replace(coated, "[materials.coated]\nglass = {}\n")).notes == []
 
 
+@pytest.mark.parametrize("shape", ["plane", "disc"])
+@pytest.mark.parametrize("y, flush", [(-1, True), (-0.999, False), (-1.5, False)])
+def test_light_in_the_surface_of_an_object_is_noted(scene, shape, y, flush):
+    """A ceiling in the plane of its lamp: rays met either, and a box was 13 % too dark with strategy = "lobe"."""
+    lamp = f'[[lights]]\ntype = "rectangle"\ncenter = [0.2, {y}, 0.1]\ntarget = [0.2, 2, 0.1]\nsize = [1, 0.5]\nradiance = 1\n'
+    notes = scene(BASE[: BASE.index("[[lights]]")].replace('shape = "plane"', f'shape = "{shape}"') + lamp).notes
+    assert [("lights[1]: lies in the surface of floor" in note) for note in notes] == [True] * flush
+
+
 def test_room_around_the_camera_is_no_mistake(scene, tmp_path):
     import trimesh
 
