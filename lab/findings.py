@@ -21,7 +21,7 @@ FIRST = "isa:NAVI21"  # the device of which sentences speak where they name none
 PEERS, ROUNDING = (cost.RESULTS.with_name(name) for name in ("peers.json", "compare.json"))
 Judged = dict[tuple[str, str], dict]
 NOT_MEASURED = "not measured"
-GOAL, GOAL_RMS = 52, 6.2e-5  # cycles and rms error that were asked of lobe_GGX, grey and without horizon rule
+GOAL, GOAL_RMS = 52, 6.2e-5  # cycles and rms error that lobe_GGX should have, grey and without horizon rule
 
 
 def page(found: dict, gpu: dict | None = None) -> str:
@@ -40,7 +40,7 @@ def page(found: dict, gpu: dict | None = None) -> str:
         if rows:
             lines += ["", f"## {chart.title}", "", *(f"* {s}" for s in _chart(chart, rows, found, judged))]
     goal = _goal(found, judged)
-    lines += ["", "## Whole GGX against the figures that were asked for", "", *(f"* {s}" for s in goal)]
+    lines += ["", "## Whole GGX against its goal", "", *(f"* {s}" for s in goal)]
     lines += ["", "## On no chart", "", "Lobes and terms that stand for nothing else here: their cost, and their worst rounding error in the units "
               "of [compare.json](../benchmarks/results/compare.json).", "", *_uncharted(found)]
     lines += ["", "## Cycles and time", "", *(f"* {s}" for s in _time(found, gpu))]
@@ -194,7 +194,7 @@ def _goal(found: dict, judged: Judged) -> list[str]:
     cycles, freed = (r["buffered"]["inverse_throughput"] for r in (ours, bare))
     verdict = "reached" if cycles <= GOAL and error <= GOAL_RMS else "missed"
     sentences = [f"`lobe_GGX`, grey, without horizon rule, inputs from a buffer: {cycles} cycles at rms {error:.2g}; "
-                 f"asked were {GOAL} at {GOAL_RMS:.2g}: {verdict}.",
+                 f"the goal was {GOAL} at {GOAL_RMS:.2g}: {verdict}.",
                  f"`lobe_GGX` in the same setting without any clamp: {freed} cycles; what holds bad inputs and "
                  f"rounding is {cycles - freed} of its {cycles} cycles, the form itself the rest."]
     for row in (r for r in rows if r not in (ours, bare)):

@@ -51,8 +51,9 @@ def summary(outcome: Outcome) -> str:
     header = ("function", "kind", "comparisons", "pixels", "worst/allowed", "where", "result")
     table = aligned([header, *(_summary_line(name, rows) for name, rows in by_function.items())], right=(2, 3, 4))
     failing = sum(any(not r["pass"] for r in rows) for rows in by_function.values())
-    verdict = (f"{failing} of {len(by_function)} functions OUT OF TOLERANCE" if failing
-               else f"all {len(by_function)} functions within tolerance")
+    functions = f"{len(by_function)} function{'s' if len(by_function) > 1 else ''}"
+    verdict = (f"{failing} of {functions} OUT OF TOLERANCE" if failing
+               else f"{'all ' if len(by_function) > 1 else ''}{functions} within tolerance")
     nonzero = sum(r["nonzero"] for r in outcome.rows)
     zeros = sum(r["pixels"] for r in outcome.rows) - nonzero
     totals = (f"{verdict}: {len(outcome.rows):,} comparisons, {nonzero:,} pixels and points that are not 0, and "

@@ -258,7 +258,7 @@ def test_summary_has_a_line_for_each_function_and_says_where(right, failed):
     text = report.summary(outcome)
     assert all(text.count(f"{catalogue.load().label(f)} ") >= 1 for f in plan.functions)
     assert f"all {len(plan.functions)} functions within tolerance" in text
-    assert "1 of 1 functions OUT OF TOLERANCE" in report.summary(failed[1])
+    assert "1 of 1 function OUT OF TOLERANCE" in report.summary(failed[1])
 
 
 def test_a_failing_edge_count_is_the_reason():
