@@ -33,7 +33,7 @@ def bundle(catalogue: Catalogue, names: list[str], target: str | None = None) ->
     functions = closure(catalogue, [f for n in names if n not in catalogue.constants for f in catalogue.find(n)])
     constants = _constants(catalogue, "\n".join([*names, *(f.definition for f in functions)]))
     convention = " Each f is in 1/sr, without the cosine." if functions else ""
-    title = f"// Lobe {_version(catalogue)}: {', '.join(names)}. MIT-0.{convention}\n"
+    title = f"// Lobe {version(catalogue)}: {', '.join(names)}. MIT-0.{convention}\n"
     code = "".join(f"\n{f.header}\n{f.definition}\n" for f in functions)
     return TARGETS.get(target, "") + title + "".join(f"{line}\n" for line in constants) + code
 
@@ -127,6 +127,6 @@ def _constants(catalogue: Catalogue, code: str) -> list[str]:
     return [line for name, line in catalogue.constants.items() if name in used]
 
 
-def _version(catalogue: Catalogue) -> str:
+def version(catalogue: Catalogue) -> str:
     number = re.search(r"#define LOBE_VERSION (\d+)", catalogue.file("core").text)
     return f"{int(number[1]) // 10000}.{int(number[1]) // 100 % 100}.{int(number[1]) % 100}" if number else ""

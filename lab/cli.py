@@ -28,6 +28,20 @@ Metal = Annotated[Optional[Path], typer.Option("--metal", metavar="CSV",
                                                help="Take f0 from measured n,k: wavelength_um,n,k.")]
 
 
+def show_version(wanted: bool) -> None:
+    if wanted:
+        from . import bundle, catalogue
+
+        print(f"lobe {bundle.version(catalogue.load())}")
+        raise typer.Exit()
+
+
+@app.callback()
+def options(version: Annotated[bool, typer.Option("--version", is_eager=True, callback=show_version,
+                                                  help="Show the version and exit.")] = False):
+    pass
+
+
 @app.command()
 def compare(
     functions: Annotated[list[str], typer.Argument(help="Functions or files; all where none is named.")] = None,

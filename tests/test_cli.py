@@ -318,6 +318,11 @@ def test_without_arguments_it_prints_its_help(lobe):
     assert "..." not in out.partition("Commands:")[2], "a command's first sentence is too long for its line"
 
 
+def test_version_is_that_of_what_the_bundle_prints(lobe):
+    status, out, err = lobe("--version")
+    assert (status, err) == (0, "") and f"// L{out[1:].strip()}: " in lobe("bundle", "lobe_alpha")[1]
+
+
 @pytest.mark.parametrize("name", ["metals", "metals.glsl", "glsl/metals.glsl"])
 def test_a_file_may_be_named_as_it_lies_there(lobe, name):
     status, out, _ = lobe("list", name)
