@@ -157,10 +157,10 @@ Guide::Guide(const Scene& scene, int depth, std::size_t count) {
 }
 
 std::shared_ptr<const Guide> Scene::guide(int depth, std::size_t photons) const {
-    const std::scoped_lock locked(guides_.lock);
-    if (guides_.version != version_ || guides_.depth != depth) guides_.made.clear();
-    guides_.version = version_, guides_.depth = depth;
-    auto& guide = guides_.made[photons];
+    const std::scoped_lock locked(guides_->lock);
+    if (guides_->version != version_ || guides_->depth != depth) guides_->made.clear();
+    guides_->version = version_, guides_->depth = depth;
+    auto& guide = guides_->made[photons];
     if (!guide) guide = std::make_shared<const Guide>(*this, depth, photons);
     return guide;
 }

@@ -135,7 +135,7 @@ private:
         int version = 0, depth = 0;                               // for which they are
         std::map<std::size_t, std::shared_ptr<const Guide>> made;  // by number of photons
     };
-    mutable Guides guides_;
+    std::unique_ptr<Guides> guides_ = std::make_unique<Guides>();  // so that a scene can be moved
 };
 
 }  // namespace lobe
