@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-LARGEST = 1e6  # of a factor, most of which end at 1
+LARGEST = 1e6  # of a factor; most end at 1
 SMOOTH = 0.01  # up to this roughness it is an ideal mirror: the lobe ends at alpha = 1e-4
 DEFAULT_IOR = 1.5
 _READ = {"KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_specular"}
@@ -36,13 +36,16 @@ def translated(material: dict, warn: Callable[[str], None]) -> dict:
     strength, colour = float(specular.get("specularFactor", 1)), specular.get("specularColorFactor", (1, 1, 1))
     if not all(0 <= x <= LARGEST for x in (*base, metallic, roughness, ior, transmission, strength, *colour)):
         raise ValueError("a factor is out of range")
+    if max(*base, metallic, roughness, transmission) > 1:
+        warn("factors above 1 are taken for 1")
+    base, metallic, roughness = np.minimum(base, 1), min(metallic, 1.0), min(roughness, 1.0)
 
     if transmission > 0.5 and metallic < 0.5:
         if roughness > SMOOTH or (base < 1).any():
             warn("glass is drawn smooth and clear")
         return {"lobes": [], "mirror": None, "glass": {"eta": ior}}
     if transmission > 0:
-        warn("a transmission up to one half is drawn opaque")
+        warn("a transmission up to one half, or of a metal, is drawn opaque")
 
     tint = np.array(colour, float) * strength
     dielectric = np.minimum(((ior - 1) / (ior + 1)) ** 2 * tint, 1)

@@ -598,6 +598,14 @@ def test_gltf_without_material_is_rough_white_metal(scene, tmp_path, applied):
     assert metal == {"f0": (1, 1, 1), "alpha": (1,)}
 
 
+def test_gltf_factors_above_one_are_one(scene, tmp_path, applied):
+    """A roughness of 5 had become an alpha of 25, where lobe_GGX ends at 4."""
+    bright = {"pbrMetallicRoughness": {"baseColorFactor": [2, 0.5, 1, 1], "roughnessFactor": 5, "metallicFactor": 3}}
+    notes = scene(gltf(tmp_path, [bright])).notes
+    ((_, metal),) = applied[0]["lobes"]
+    assert metal == {"f0": (1, 0.5, 1), "alpha": (1,)} and any("above 1" in note for note in notes)
+
+
 def test_gltf_glass_and_mirror(scene, tmp_path, applied):
     glass = {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.4}},
              "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0}}
