@@ -27,7 +27,7 @@ def load(path: Path) -> tuple[dict, dict[KeyPath, int]]:
     with file and line where it is no TOML."""
     content = files.read_bytes(path)
     try:
-        text = content.decode("utf-8").replace("\r\n", "\n")
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # some editors write a mark
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise InputError(f"{path}:{line}: is no UTF-8 text, expected TOML; save the file as UTF-8") from None

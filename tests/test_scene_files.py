@@ -348,6 +348,10 @@ def test_camera_on_a_triangle_is_told(scene, tmp_path):
             scene(moved)
 
 
+def test_a_byte_order_mark_is_no_mistake(scene):
+    assert scene("\ufeff" + BASE).identity == scene(BASE).identity
+
+
 def test_missing_scene(tmp_path):
     assert "no such file" in refusal(scene_files.load, tmp_path / "none.toml")
 
