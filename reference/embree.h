@@ -20,6 +20,7 @@ using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, decltype(&r
 
 inline void intersect(RTCScene scene, RTCRayHit& ray) { rtcIntersect1(scene, &ray); }
 inline void occluded(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray); }
+inline void occluded(RTCScene scene, const int* valid, RTCRay16& rays) { rtcOccluded16(valid, scene, &rays); }
 
 #else
 
@@ -33,6 +34,12 @@ inline void occluded(RTCScene scene, RTCRay& ray) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded1(scene, &context, &ray);
+}
+
+inline void occluded(RTCScene scene, const int* valid, RTCRay16& rays) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid, scene, &context, &rays);
 }
 
 #endif

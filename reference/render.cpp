@@ -117,10 +117,12 @@ private:
     bool interact(const Scene::Found& found, Ray& ray, Samples& points, int interactions);
     void share(Path* paths, int count);
     struct Link {
-        Vec3 throughput{0};
-        double density = 0;  // per area
+        Vec3 throughput;
+        double density;  // per area
+        int first, second;  // whose vertices it joins
+        bool free;          // of what would stand in its way
     };
-    Link link(const Vertex& v, const Scene::Found& to, bool drawn);
+    bool link(const Vertex& v, const Scene::Found& to, Link& link);
     void add_emission(const std::optional<Scene::Found>& found, const Vec3& direction);
     Vertex meet(const Scene::Found& found, const Vec3& V);
     void add_direct(const Vertex& v, Vec2 u, double choice);
@@ -263,31 +265,38 @@ bool Tracer::interact(const Scene::Found& found, Ray& ray, Samples& points, int 
 // tracing by re-using paths, EGRW 2002. A vertex might have been drawn from any of the first ones; what it brings is
 // weighted by the sum of their densities, so that nothing is counted twice.
 void Tracer::share(Path* paths, int count) {
-    Link links[Companions::COUNT][Companions::COUNT];  // second, first
+    constexpr int MOST = Companions::COUNT * Companions::COUNT;
+    Link links[MOST], *end = links;
     for (int i = 0; i < count; ++i) {
         if (!paths[i].first) continue;
         const Vertex v = meet(*paths[i].first, -paths[i].ray.direction);
         for (int k = 0; k < count; ++k)
-            if (paths[k].shared) links[k][i] = link(v, *paths[k].second, i == k);
+            if (paths[k].shared && link(v, *paths[k].second, *end)) end->first = i, end++->second = k;
     }
-    for (int k = 0; k < count; ++k) {
-        double density = 0;
-        for (int i = 0; i < count; ++i) density += links[k][i].density;
-        for (int i = 0; i < count; ++i)
-            if (links[k][i].density > 0) paths[i].sum.add(paths[k].rest, links[k][i].throughput / density);
+    Scene::Pair pairs[MOST];
+    bool answers[MOST];
+    int asked = 0, answered = 0;
+    for (const Link* l = links; l != end; ++l)
+        if (l->first != l->second) pairs[asked++] = {&*paths[l->first].first, &*paths[l->second].second};
+    scene_.visible(pairs, asked, answers);
+    double densities[Companions::COUNT] = {};  // of the second vertices
+    for (Link* l = links; l != end; ++l) {
+        l->free = l->first == l->second || answers[answered++];  // it has come this way itself
+        if (l->free) densities[l->second] += l->density;
     }
+    for (const Link* l = links; l != end; ++l)
+        if (l->free) paths[l->first].sum.add(paths[l->second].rest, l->throughput / densities[l->second]);
 }
 
-// From a vertex to the second one of a path, whose way is known to be free if it was drawn from there.
-Tracer::Link Tracer::link(const Vertex& v, const Scene::Found& to, bool drawn) {
+// From a vertex to the second one of a path, if nothing stands in the way. False where no path would have gone on there.
+bool Tracer::link(const Vertex& v, const Scene::Found& to, Link& link) {
     const Vec3 way = to.surface.position - v.surface.position, L = way.normalized();
     const double cos = v.surface.N.dot(L);
-    if (!(cos > 0 && to.surface.N.dot(L) < 0)) return {};
+    if (!(cos > 0 && to.surface.N.dot(L) < 0)) return false;
     const double lobes = density(v, v.frame.to_local(L)), per_area = std::abs(to.surface.facing.dot(L)) / way.length2();
-    if (!(lobes > 0) || !(drawn || scene_.visible(v.found, to))) return {};
-    const Vec3 throughput = f(v, L) * (cos * per_area);
-    if (throughput == Vec3(0)) return {};  // there the path from here would have ended
-    return {throughput, lobes * per_area};
+    if (!(lobes > 0)) return false;
+    link.throughput = f(v, L) * (cos * per_area), link.density = lobes * per_area;
+    return link.density > 0 && link.throughput != Vec3(0);
 }
 
 // Light that the path has run into. What the lobes have drawn might have been drawn from the lights as well.

@@ -67,6 +67,13 @@ RTCRay float_ray(const Vec3& origin, const Vec3& direction, double length) {
     return ray;
 }
 
+void set(RTCRay16& rays, int lane, const RTCRay& ray) {
+    rays.org_x[lane] = ray.org_x, rays.org_y[lane] = ray.org_y, rays.org_z[lane] = ray.org_z;
+    rays.dir_x[lane] = ray.dir_x, rays.dir_y[lane] = ray.dir_y, rays.dir_z[lane] = ray.dir_z;
+    rays.tnear[lane] = ray.tnear, rays.tfar[lane] = ray.tfar, rays.time[lane] = ray.time;
+    rays.mask[lane] = ray.mask, rays.id[lane] = ray.id, rays.flags[lane] = ray.flags;
+}
+
 RTCRayHit first_hit(RTCScene scene, const Ray& ray) {
     RTCRayHit found;
     found.ray = float_ray(ray.origin, ray.direction, std::numeric_limits<double>::infinity());
@@ -298,9 +305,21 @@ bool Scene::visible(const Found& found, const Vec3& L, double distance) const {
     return reaches(scene_.get(), float_ray(origin, way, endless ? distance : 1));
 }
 
-bool Scene::visible(const Found& from, const Found& to) const {
-    const Vec3 way = to.surface.position - from.surface.position, origin = leaving(from, way).origin;
-    return reaches(scene_.get(), float_ray(origin, leaving(to, -way).origin - origin, 1 - SHADOW_OFFSET));
+void Scene::visible(const Pair* pairs, int count, bool* answers) const {
+    constexpr int LANES = 16;
+    for (int first = 0; first < count; first += LANES) {
+        const int lanes = std::min(LANES, count - first);
+        alignas(64) int valid[LANES] = {};
+        RTCRay16 rays{};
+        for (int i = 0; i < lanes; ++i) {
+            valid[i] = -1;
+            const auto& [from, to] = pairs[first + i];
+            const Vec3 way = to->surface.position - from->surface.position, origin = leaving(*from, way).origin;
+            set(rays, i, float_ray(origin, leaving(*to, -way).origin - origin, 1 - SHADOW_OFFSET));
+        }
+        embree::occluded(scene_.get(), valid, rays);
+        for (int i = 0; i < lanes; ++i) answers[first + i] = rays.tfar[i] >= 0;
+    }
 }
 
 Vec3 Scene::irradiance(const Found& found, const Incidence& light, bool shadows) const {

@@ -183,10 +183,39 @@ TEST(Scene, SurfacesSeeEachOtherFromAfar) {
         scene.add(near), scene.add(far);
         for_points_of(scene, near, [&](const Scene::Found& a, Vec2) {
             for_points_of(scene, far, [&](const Scene::Found& b, Vec2) {
-                EXPECT_TRUE(scene.visible(a, b)) << away;
-                EXPECT_TRUE(scene.visible(b, a)) << away;
+                const Scene::Pair pairs[] = {{&a, &b}, {&b, &a}};
+                bool free[2];
+                scene.visible(pairs, 2, free);
+                EXPECT_TRUE(free[0] && free[1]) << away;
             });
         });
+    }
+}
+
+// Whatever their number, answers are those of each pair: that of its distance from a sphere between.
+TEST(Scene, TellsOfManyPairsWhichSeeEachOther) {
+    constexpr double RADIUS = 0.7;
+    constexpr int MOST = 50;
+    Scene scene;
+    scene.add(Plane{{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, 2}), scene.add(Plane{{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, 2});
+    scene.add(Sphere{Vec3(0), RADIUS});
+    Scene::Found ends[MOST][2];
+    bool expected[MOST], answers[MOST + 1];
+    Scene::Pair pairs[MOST];
+    for (int i = 0, n = 0; n < MOST; ++i) {
+        const Vec2 u = Sample(1, i).pair(0) * 4 - Vec2(2), v = Sample(1, i).pair(1) * 4 - Vec2(2);
+        const Vec3 a(u.x, -1, u.y), b(v.x, 1, v.y), way = b - a;
+        const double distance = a.cross(way).length() / way.length();
+        if (std::abs(distance - RADIUS) < 1e-3) continue;
+        ends[n][0] = {0, 0, {a, {0, 1, 0}, {0, 1, 0}}}, ends[n][1] = {1, 0, {b, {0, -1, 0}, {0, -1, 0}}};
+        pairs[n] = {&ends[n][0], &ends[n][1]}, expected[n++] = distance > RADIUS;
+    }
+    ASSERT_NEAR(std::count(expected, expected + MOST, true), MOST / 2, MOST / 4);
+    for (const int count : {0, 1, 15, 16, 17, MOST}) {
+        answers[count] = true;
+        scene.visible(pairs, count, answers);
+        for (int i = 0; i < count; ++i) EXPECT_EQ(answers[i], expected[i]) << i << " of " << count;
+        EXPECT_TRUE(answers[count]);  // not written
     }
 }
 
