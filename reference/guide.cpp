@@ -154,6 +154,7 @@ Guide::Guide(const Scene& scene, int depth, std::size_t count) {
     divide(photons.data(), photons.data() + photons.size(), crowds);
     cells_.resize(crowds.size());
     parallel_for(crowds.size(), [&](std::size_t i) { cells_[i].emplace(crowds[i].first, crowds[i].second, others); });
+    prune();
 }
 
 std::shared_ptr<const Guide> Scene::guide(int depth, std::size_t photons) const {
@@ -185,31 +186,54 @@ std::uint32_t Guide::divide(Photon* begin, Photon* end, std::vector<Crowd>& crow
     return id;
 }
 
+// So that no time is lost where there is nothing to tell. Children come behind their parents.
+void Guide::prune() {
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        Node& node = nodes_[i];
+        const auto& [a, b] = node.children;
+        const bool none = node.axis == LEAF ? !(cells_[a]->chance() > 0)
+                                            : nodes_[a].axis == NOTHING && nodes_[b].axis == NOTHING;
+        if (none) node.axis = NOTHING;
+    }
+}
+
 const Guide::Cell* Guide::at(const Vec3& position) const {
     if (nodes_.empty()) return nullptr;
     const Node* node = nodes_.data();
-    while (node->axis != LEAF) node = &nodes_[node->children[position[node->axis] >= node->at]];
+    while (node->axis >= 0) node = &nodes_[node->children[position[node->axis] >= node->at]];
+    if (node->axis == NOTHING) return nullptr;
     const Cell& cell = *cells_[node->children[0]];
-    return cell.chance() > 0 && cell.holds(position) ? &cell : nullptr;
+    return cell.holds(position) ? &cell : nullptr;
 }
 
 Guide::Cell::Cell(const Photon* photons, int count, double others) {
-    bound(photons, count, others);
+    const double irradiance = bound(photons, count);
     turn(photons, count);
     spread(photons, project(photons, count));
+    weigh(irradiance, others);
 }
 
-void Guide::Cell::bound(const Photon* photons, int count, double others) {
-    constexpr double MARGIN = 0.2, MOST = 0.75, LEAST = 0.01;
+// Returns the irradiance.
+double Guide::Cell::bound(const Photon* photons, int count) {
+    constexpr double MARGIN = 0.2;
     std::tie(low_, high_) = box(photons, photons + count);
     double power = 0;
     for (int i = 0; i < count; ++i) power += photons[i].power;
     const Vec3 size = high_ - low_;
     const double area = std::max({size.x * size.y, size.y * size.z, size.z * size.x});
-    const double irradiance = area > 0 ? power / area : 0;
-    chance_ = irradiance > 0 ? MOST * irradiance / (irradiance + others) : 0;
-    if (chance_ < LEAST) chance_ = 0;
     low_ -= Vec3(MARGIN * size.length()), high_ += Vec3(MARGIN * size.length());
+    return area > 0 ? power / area : 0;
+}
+
+// Light that is faint, or that comes from so wide an angle that the lobes' own draws find it, is not worth the time that
+// its density takes at each vertex: lamps that are wide give a box such light by way of a ball.
+void Guide::Cell::weigh(double irradiance, double others) {
+    constexpr double MOST = 0.75, WORTH = 0.2;
+    double squared = 0;  // the integral of the density's square
+    for (const auto& row : bins_)
+        for (double bin : row) squared += bin * bin / (step_.x * step_.y);
+    const double noise = irradiance * std::sqrt(PI * squared);  // of one draw with a density of 1 / pi
+    chance_ = noise > WORTH * others ? MOST * irradiance / (irradiance + others) : 0;
 }
 
 // Into the photons' mean direction, and about it to their main axis.

@@ -31,7 +31,7 @@ public:
         Cell(const Photon* photons, int count, double others);
 
         bool holds(const Vec3& position) const;
-        // The share of directions that should be drawn here, below 1.
+        // The share of directions that should be drawn here, below 1; 0 where that gains nothing.
         double chance() const { return chance_; }
         // Null at the brink of the sphere.
         Vec3 sample(Vec2 u) const;
@@ -40,14 +40,15 @@ public:
     private:
         static constexpr int SIDE = 16;
 
-        void bound(const Photon* photons, int count, double others);
+        double bound(const Photon* photons, int count);
+        void weigh(double irradiance, double others);
         void turn(const Photon* photons, int count);
         void spread(const Photon* photons, const std::vector<Vec2>& places);
         Vec2 project(const Vec3& L) const;
         std::vector<Vec2> project(const Photon* photons, int count) const;
 
         Vec3 low_, high_;  // of the positions
-        double chance_;
+        double chance_ = 0;
         Basis frame_{Vec3(0, 0, 1)};  // z is the middle of the plane, x where the photons reach far
         Vec2 corner_, step_;
         std::array<double, SIDE> rows_{};
@@ -68,15 +69,16 @@ public:
     const Cell* at(const Vec3& position) const;
 
 private:
-    static constexpr int LEAF = -1, CROWD = 128;
+    static constexpr int LEAF = -1, NOTHING = -2, CROWD = 128;
     struct Node {
-        int axis;  // along which photons are on either side, or LEAF
+        int axis;  // along which photons are on either side, LEAF, or NOTHING below that a path should know
         double at;
         std::uint32_t children[2];  // of a leaf the cell
     };
     using Crowd = std::pair<Photon*, int>;
 
     std::uint32_t divide(Photon* begin, Photon* end, std::vector<Crowd>& crowds);
+    void prune();
 
     std::vector<Node> nodes_;
     std::vector<std::optional<Cell>> cells_;  // all are there

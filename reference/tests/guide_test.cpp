@@ -16,14 +16,14 @@ Vec3 direction(double z, double turns) {
 }
 
 // So many photons around a direction, all over the sphere where width is 2.
-Guide::Cell cell(int count, const Vec3& middle, double width) {
+Guide::Cell cell(int count, const Vec3& middle, double width, double others = 1) {
     std::vector<Guide::Photon> photons;
     for (int i = 0; i < count; ++i) {
         const Sample sample(5, i);
         const Vec2 u = sample.pair(0), v = sample.pair(1);
         photons.push_back({Vec3(v.x, v.y, 0), Basis(middle).to_world(direction(1 - width * u.x, u.y)), 0.1 + v.x});
     }
-    return Guide::Cell(photons.data(), count, 1);
+    return Guide::Cell(photons.data(), count, others);
 }
 
 // Chi-squared over a grid on the sphere of equal areas; what is drawn at the brink is null, and the density lacks it.
@@ -75,6 +75,35 @@ TEST(Guide, KnowsNothingWherePhotonsAreFewOrFar) {
     EXPECT_LT(many.chance(), 1);
     EXPECT_TRUE(many.holds({0.5, 0.5, 0}));
     EXPECT_FALSE(many.holds({3, 0.5, 0}));
+}
+
+TEST(Guide, LeavesToLobesWhatTheyFind) {
+    const double others = 200;  // of an irradiance of 60
+    EXPECT_EQ(cell(100, Vec3(0, 0, 1), 2.0, others).chance(), 0);
+    EXPECT_GT(cell(100, Vec3(0, 0, 1), 0.05, others).chance(), 0.1);
+}
+
+// A ball of glass in a white box: under a small lamp its caustic is hard to find, under a ceiling that glows it is not.
+TEST(Guide, IsForLightThatIsHardToFind) {
+    const auto cells = [](double lamp) {
+        Scene scene;
+        const Lobe white("lobe_Lambert(vec3,vec3,vec3,vec3)", {{"albedo", {0.7, 0.7, 0.7}}});
+        for (const Vec3& N : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(0, 0, 1)})
+            scene.set_material(scene.add(Plane{-N, N, Vec3(N.y, N.z, N.x), 1, 1}), {{white}, {}, {}});
+        scene.set_material(scene.add(Sphere{{0.3, -0.55, 0.2}, 0.45}), {{}, {}, Glass{1.5}});
+        scene.add_rectangle_light({{0, 0.98, 0}, {0, -1, 0}, {1, 0, 0}, lamp, lamp}, Vec3(1 / (lamp * lamp)));
+        const Guide guide(scene, 6, 1 << 16);
+        int count = 0;
+        for (int i = 0; i < 32; ++i)
+            for (int k = 0; k < 32; ++k) {
+                const double a = (i + 0.5) / 16 - 1, b = (k + 0.5) / 16 - 1;
+                for (const Vec3& p : {Vec3(a, -1, b), Vec3(-1, a, b), Vec3(1, a, b), Vec3(a, b, -1)})
+                    count += guide.at(p) != nullptr;
+            }
+        return count;
+    };
+    EXPECT_GT(cells(0.15), 2000);  // of 4096
+    EXPECT_LT(cells(0.9), 40);
 }
 
 // The sun behind a lens: where its light arrives, photons know the way, and nowhere else.
