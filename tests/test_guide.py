@@ -1,4 +1,6 @@
 """Directions from photons: less noise where light comes through glass or off mirrors, and the same picture."""
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from lobe import reference
@@ -103,6 +105,15 @@ def test_neither_threads_nor_a_stop_change_a_bit():
     finally:
         reference.set_threads(0)
     assert np.array_equal(whole.beauty(), resumed.beauty())
+
+
+def test_renders_of_one_scene_at_the_same_time():
+    """They ask for the same photons at once, and get the picture that one alone gets."""
+    shared = ball("sky", **GLASS)
+    with ThreadPoolExecutor(4) as pool:
+        pictures = list(pool.map(lambda seed: rendered(shared, 4, seed=seed), range(4)))
+    for seed, picture in enumerate(pictures):
+        assert np.array_equal(picture, rendered(ball("sky", **GLASS), 4, seed=seed))
 
 
 def test_a_state_of_a_render_without_it_is_refused():
