@@ -47,9 +47,46 @@ Environment::Environment(std::vector<float> pixels, int width, int height, doubl
         for (int x = 0; x < width_; ++x)
             light.push_back((above[x] + above[x + 1] + below[x] + below[x + 1]) / 4 * solid_angle);
     }
+    cut_into_tiles(light);
     columns_.emplace(std::move(light), width_, sums);
-    rows_.emplace(sums, height_ + 1, sums);
-    total_ = sums.front();
+    total_ = std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+// Each cell between four centres is of the tile, and of the part of it, in which it begins.
+void Environment::cut_into_tiles(const std::vector<double>& light) {
+    std::vector<double> rows(std::size_t(COLUMNS) * (height_ + 1)), sums;
+    parts_.assign(PARTS, 0), directions_.assign(PARTS, Vec3(0));
+    const auto half = [](int i, int first, int end) { return i * 2 >= first + end; };
+    for (int y = 0; y <= height_; ++y)
+        for (int x = 0; x < width_; ++x) {
+            const double l = light[std::size_t(y) * width_ + x];
+            const int at = tile(x - 1, y - 1), row = at / COLUMNS, column = at % COLUMNS;
+            const bool lower = half(y, first_y(row), first_y(row + 1));
+            const bool right = half(x, first_x(column), first_x(column + 1));
+            const int part = at * PER_TILE + ACROSS * lower + right;
+            const Vec2 polar = on_circle((angle(y - 1) + angle(y)) / (4 * PI));
+            const Vec2 around = on_circle(double(x) / width_ + 1);
+            directions_[part] += turned({-polar.y * around.y, polar.x, polar.y * around.x}) * l;
+            parts_[part] += l, tiles_[at] += l;
+            rows[std::size_t(column) * (height_ + 1) + y] += l;
+        }
+    for (Vec3& d : directions_) d.normalize();
+    const double all = std::accumulate(tiles_.begin(), tiles_.end(), 0.0);
+    for (double& t : tiles_) t /= all;
+    rows_.emplace(std::move(rows), height_ + 1, sums);
+    all_ = aim([](const Vec3&) { return 1.0; });
+}
+
+int Environment::tile(int x, int y) const {
+    if (x == width_ - 1) x = -1;  // around
+    const int column = (COLUMNS * (x + 2) - 1) / width_, row = (ROWS * (y + 2) - 1) / (height_ + 1);
+    return row * COLUMNS + column;
+}
+
+double Environment::preference(const Aim& aim, int tile) const {
+    const int row = tile / COLUMNS, column = tile % COLUMNS;
+    const auto step = [](const auto& up_to, int i) { return double(up_to[i]) - (i > 0 ? double(up_to[i - 1]) : 0); };
+    return tiles_[tile] > 0 ? step(aim.rows, row) * step(aim.columns[row], column) / tiles_[tile] : 0;
 }
 
 Environment::Choice::Choice(std::vector<double> weights, int count, std::vector<double>& sums)
@@ -71,7 +108,9 @@ Environment::Choice::Choice(std::vector<double> weights, int count, std::vector<
     up_to_.resize(up_to_.size() + FEW);  // read beyond the last row, and ignored
 }
 
-int Environment::Choice::draw(int row, double& u) const {
+int Environment::Choice::draw(int row, int first_one, int end, double& u) const {
+    const double from = before(row, first_one), to = before(row, end);
+    u = std::min(from + u * (to - from), 1 - 0x1p-53);
     const double* const up_to = up_to_.data() + std::size_t(row) * count_;
     const std::uint32_t* const guide = guide_.data() + std::size_t(row) * (steps_ + 1) + static_cast<int>(u * steps_);
     const double* const first = up_to + guide[0];
@@ -81,12 +120,14 @@ int Environment::Choice::draw(int row, double& u) const {
         for (std::uint32_t k = 0; k < FEW; ++k) chosen += (k < reach) & (first[k] <= u);
     else
         chosen = static_cast<int>(std::upper_bound(first, first + reach, u) - up_to);
-    const double before = chosen > 0 ? up_to[chosen - 1] : 0;
-    u = std::clamp((u - before) / (up_to[chosen] - before), 0.0, 1 - 0x1p-53);
+    chosen = std::clamp(chosen, first_one, end - 1);
+    u = std::clamp((u - before(row, chosen)) / (up_to[chosen] - before(row, chosen)), 0.0, 1 - 0x1p-53);
     return chosen;
 }
 
 double Environment::angle(int y) const { return std::clamp(y + 0.5, 0.0, double(height_)) * PI / height_; }
+
+Vec3 Environment::turned(const Vec3& v) const { return {cos_ * v.x + sin_ * v.z, v.y, -sin_ * v.x + cos_ * v.z}; }
 
 Vec3 Environment::at(int x, int y) const {
     const int row = std::clamp(y, 0, height_ - 1), column = x < 0 ? x + width_ : x >= width_ ? x - width_ : x;
@@ -108,19 +149,30 @@ double Environment::density(const Place& p, const Vec3& radiance) const {
     return luminance(radiance) * mean_sin_[p.y + 1] / (std::max(p.sin, 1e-12) * total_);
 }
 
-std::pair<Vec3, double> Environment::seen(const Vec3& L) const {
+Environment::Seen Environment::seen(const Vec3& L) const {
     const Place p = place(L);
     const Vec3 above = at(p.x, p.y) * (1 - p.u) + at(p.x + 1, p.y) * p.u;
     const Vec3 below = at(p.x, p.y + 1) * (1 - p.u) + at(p.x + 1, p.y + 1) * p.u;
     const Vec3 radiance = above * (1 - p.v) + below * p.v;
-    return {radiance, density(p, radiance)};
+    return {radiance, density(p, radiance), tile(p.x, p.y)};
+}
+
+// Of running sums, the first beyond u, which becomes the place within.
+template <std::size_t N> int first_beyond(const std::array<float, N>& up_to, double& u) {
+    int i = 0;
+    for (std::size_t k = 0; k + 1 < N; ++k) i += up_to[k] <= u;
+    const double before = i > 0 ? up_to[i - 1] : 0;
+    u = std::clamp((u - before) / (up_to[i] - before), 0.0, 1 - 0x1p-53);
+    return i;
 }
 
 // Four centres by the light between them.
-Environment::Cell Environment::cell(Vec2 u) const {
-    const int row = rows_->draw(0, u.y), x = columns_->draw(row, u.x) - 1, y = row - 1;
-    for (const int line : {y, y + 1}) __builtin_prefetch(pixel(std::max(x, 0), std::clamp(line, 0, height_ - 1)));
-    return {x, y, u};
+Environment::Cell Environment::cell(Vec2 u, const Aim& aim) const {
+    const int row = first_beyond(aim.rows, u.y), column = first_beyond(aim.columns[row], u.x);
+    const int line = rows_->draw(column, first_y(row), first_y(row + 1), u.y);
+    const int x = columns_->draw(line, first_x(column), first_x(column + 1), u.x) - 1, y = line - 1;
+    for (const int l : {y, y + 1}) __builtin_prefetch(pixel(std::max(x, 0), std::clamp(l, 0, height_ - 1)));
+    return {x, y, u, row * COLUMNS + column};
 }
 
 // There a place by its luminance, which is bilinear.
@@ -136,8 +188,7 @@ LightSample Environment::sample(const Cell& cell) const {
     const double sin = polar.y, px = -sin * around.y, pz = sin * around.x;
     const double p = density(Place{x, y, t, v, sin}, radiance);
     if (!(p > 0)) return {Vec3(0), 0, Vec3(0), 0};
-    const Vec3 L(cos_ * px + sin_ * pz, polar.x, -sin_ * px + cos_ * pz);
-    return {L, std::numeric_limits<double>::infinity(), radiance / p, p};
+    return {turned({px, polar.x, pz}), std::numeric_limits<double>::infinity(), radiance / p, p};
 }
 
 std::uint64_t Environment::fingerprint() const {

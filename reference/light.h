@@ -3,9 +3,11 @@
 
 #include "sampling.h"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -98,17 +100,39 @@ public:
     // pixels are [height, width, 3]. Throws std::invalid_argument where one is negative or not finite, or all are 0.
     Environment(std::vector<float> pixels, int width, int height, double rotation_degrees);
 
-    // Radiance from L, and the density with which `sample` draws L.
-    std::pair<Vec3, double> seen(const Vec3& L) const;
     double importance(const Vec3&, const Vec3&) const { return total_ / 4; }
-    LightSample sample(const Vec3&, Vec2 u) const { return sample(cell(u)); }
+    LightSample sample(const Vec3&, Vec2 u) const { return sample(cell(u, all_)); }
 
-    // The same in two steps: memory answers the first ones of several samples at a time.
+    // Tiles, by latitude and longitude. An aim says with what chance each of them is drawn from, as running sums of the
+    // chances of rows, and of tiles in their row; within a tile light alone decides.
+    static constexpr int ROWS = 16, COLUMNS = 32, TILES = ROWS * COLUMNS;
+    struct Aim {
+        std::array<float, ROWS> rows;
+        std::array<std::array<float, COLUMNS>, ROWS> columns;
+    };
+    // By the light times weight(L), which is above 0.
+    template <class Weight> Aim aim(const Weight& weight) const;
+    const Aim& by_light() const { return all_; }
+    // Whether its texels are small against tiles; else an aim by weights means little.
+    bool fine() const { return width_ >= 4 * COLUMNS && height_ >= 4 * ROWS; }
+    // The density of drawing from a tile with an aim, over that of `sample`.
+    double preference(const Aim& aim, int tile) const;
+
+    // What is seen towards L, the density with which `sample` draws L, and the tile.
+    struct Seen {
+        Vec3 radiance;
+        double density;
+        int tile;
+    };
+    Seen seen(const Vec3& L) const;
+
+    // `sample` in two steps: memory answers the first ones of several samples at a time.
     struct Cell {
         int x, y;
         Vec2 u;  // within
+        int tile;
     };
-    Cell cell(Vec2 u) const;
+    Cell cell(Vec2 u, const Aim& aim) const;
     LightSample sample(const Cell& cell) const;
 
     std::uint64_t fingerprint() const;
@@ -126,8 +150,10 @@ private:
     public:
         // Of rows of so many weights, each drawn from by itself; what a row sums up to comes into `sums`.
         Choice(std::vector<double> weights, int count, std::vector<double>& sums);
-        // u becomes the place within what was drawn.
-        int draw(int row, double& u) const;
+        // One from `first` on before `end`. u becomes the place within what was drawn.
+        int draw(int row, int first, int end, double& u) const;
+        // The share of the row that lies before the i-th.
+        double before(int row, int i) const { return i > 0 ? up_to_[std::size_t(row) * count_ + i - 1] : 0; }
 
     private:
         static constexpr int STRIDE = 4;
@@ -140,15 +166,50 @@ private:
     Place place(const Vec3& L) const;
     const float* pixel(int x, int y) const { return pixels_.data() + 3 * (std::size_t(y) * width_ + x); }
     Vec3 at(int x, int y) const;
+    Vec3 turned(const Vec3& v) const;  // from the picture's axes to the world's
     double density(const Place& p, const Vec3& radiance) const;
     double angle(int y) const;     // with +y at which the places of that y begin
+    int tile(int x, int y) const;  // of a place
+    int first_x(int column) const { return column * width_ / COLUMNS; }  // of the tiles, counted from 0
+    int first_y(int row) const { return row * (height_ + 1) / ROWS; }
+    void cut_into_tiles(const std::vector<double>& light);
 
     std::vector<float> pixels_;
     int width_, height_;
     double cos_, sin_;           // of the rotation about +y
     std::vector<double> mean_sin_;  // of the angles from each centre to the one below, from the pole on
-    std::optional<Choice> columns_, rows_;  // by the light between four centres
+    std::optional<Choice> columns_, rows_;  // by the light between four centres; of rows, for each column of tiles
     double total_;
+
+    // The shares of the tiles in all light; and light in parts, two across a tile, in which weights hardly change.
+    static constexpr int ACROSS = 2, PER_TILE = ACROSS * ACROSS, PARTS = TILES * PER_TILE;
+    std::array<double, TILES> tiles_{};
+    std::vector<Vec3> directions_;  // of the parts, tile by tile
+    std::vector<double> parts_;
+    Aim all_;  // by light alone
 };
+
+template <class Weight> Environment::Aim Environment::aim(const Weight& weight) const {
+    constexpr double LEAST = 0x1p-18;  // of a tile that has light: sums of floats tell it from none
+    std::array<double, TILES> weights{};
+    for (int part = 0; part < PARTS; ++part)
+        if (parts_[part] > 0) weights[part / PER_TILE] += parts_[part] * weight(directions_[part]);
+    const double least = LEAST * std::accumulate(weights.begin(), weights.end(), 0.0);
+    for (int tile = 0; tile < TILES; ++tile)
+        if (tiles_[tile] > 0) weights[tile] += least;
+
+    Aim aim;
+    std::array<double, ROWS> rows;
+    double* w = weights.data();
+    for (int row = 0; row < ROWS; ++row, w += COLUMNS) {
+        std::partial_sum(w, w + COLUMNS, w);
+        const double sum = rows[row] = w[COLUMNS - 1];
+        for (int column = 0; column < COLUMNS; ++column)
+            aim.columns[row][column] = static_cast<float>(sum > 0 ? w[column] / sum : 0);
+    }
+    std::partial_sum(rows.begin(), rows.end(), rows.begin());
+    for (int row = 0; row < ROWS; ++row) aim.rows[row] = static_cast<float>(rows[row] / rows.back());
+    return aim;
+}
 
 }  // namespace lobe

@@ -15,6 +15,9 @@ public:
     static Proposal power(double exponent) { return {Kind::power, exponent, 0}; }
 
     bool glossy() const { return kind_ != Kind::cosine; }
+    // The direction about which they lie, and of glossy ones the width: of GGX's facets, or of those that are as broad.
+    Vec3 axis(const Vec3& V) const { return glossy() ? Vec3(-V.x, -V.y, V.z) : Vec3(0, 0, 1); }
+    double width() const { return kind_ == Kind::ggx ? std::max(a_, b_) : std::sqrt(0.5 / (a_ + 1)); }
 
     // May lie below the horizon.
     Vec3 sample(const Vec3& V, Vec2 u) const;

@@ -14,8 +14,9 @@ namespace {
 enum Pair : std::uint32_t { POSITION = 0, LIGHT = 1, DIRECTION = 2, CHANCE = 3, CHOICE = 4, PER_VERTEX = 4 };
 
 // Directions to lights among which a vertex with a glossy lobe chooses. Per CPU time, gold in a probe does best with 8,
-// by little before 4 and 6; where lobes see nearly all light alike, one is enough.
-constexpr int CANDIDATES = 8;
+// by little before 4 and 6, but with 2 where an outlook tells of all light there is; where lobes see nearly all light
+// alike, one is enough.
+constexpr int CANDIDATES = 8, KNOWING_CANDIDATES = 2;
 
 // Shadow rays to lamps from where the camera looks: no neighbour shares what they find, so that it is half of the variance in a
 // diffuse box. Per CPU time that box gains 1.2 times with 2 or 3, and a scene in a probe nothing.
@@ -35,6 +36,12 @@ double weight(double p, double q) { return p == NO_EXTENT ? 1 : p * p / (p * p +
 Vec2 turned(Vec2 u, int i, int count) {
     const Vec2 at(u.x + double(i) / count, u.y + i * 0.6180339887498949);
     return at - Vec2(std::floor(at.x), std::floor(at.y));
+}
+
+// None where the environment is coarse.
+const Outlook* outlook_of(const Lobe& lobe, const Outlooks& outlooks) {
+    const auto found = outlooks.find(Outlook::breadth(lobe.proposal));
+    return found == outlooks.end() ? nullptr : &found->second;
 }
 
 // Where the path has met a surface, as its material sees it.
@@ -92,9 +99,13 @@ struct Path {
 // One thread's tracer: lobes keep their vectors among their arguments.
 class Tracer {
 public:
-    Tracer(const Scene& scene, const RenderSettings& settings, const Guide& guide)
+    Tracer(const Scene& scene, const RenderSettings& settings, const Guide& guide, const Outlooks& outlooks)
         : scene_(scene), settings_(settings), guide_(guide), sources_(scene.sources()), chances_(sources_.size(), 1.0) {
-        for (const Scene::Object& o : scene.objects()) materials_.push_back(o.material);
+        for (const Scene::Object& o : scene.objects()) {
+            materials_.push_back(o.material);
+            auto& list = outlooks_.emplace_back();
+            for (const Lobe& lobe : o.material.lobes) list.push_back(outlook_of(lobe, outlooks));
+        }
         for (const Source& s : sources_) has_extent_ |= !std::holds_alternative<Light>(s);
         if (!sources_.empty()) environment_ = std::get_if<Environment>(&sources_.back());
     }
@@ -127,6 +138,7 @@ private:
     Vertex meet(const Scene::Found& found, const Vec3& V);
     void add_direct(const Vertex& v, Vec2 u, double choice);
     double draws(int source) const { return shadows_ * candidates_ * chances_[source]; }
+    const Environment::Aim& aim(double& u) const;
     bool weigh_lights(const Vertex& v);
     bool splits(const Vertex& v, int interactions) const;
     bool scatter(const Vertex& v, Ray& ray, Vec2 u, double chance);
@@ -146,6 +158,19 @@ private:
         const double guide = v.cell->density(v.frame.to_world(local_L)) * v.lobes / v.all;
         return v.guided * guide + (1 - v.guided) * unguided;
     }
+    // The density with which the last vertex draws from a tile of the environment, over that of the light alone.
+    double preference(int tile) const {
+        if (aims_.empty()) return 1;
+        double sum = 0;
+        for (std::size_t i = 0; i < aims_.size(); ++i) sum += shares_[i] * environment_->preference(*aims_[i], tile);
+        return sum / lobes_;
+    }
+    LightSample from_environment(const Environment::Cell& cell) const {
+        LightSample light = environment_->sample(cell);
+        const double p = preference(cell.tile);
+        if (light.density > 0) light.density *= p, light.estimate /= p;
+        return light;
+    }
     double lobe_density(const Vertex& v, const Vec3& local_L) const {
         double sum = 0;
         for (std::size_t i = 0; i < v.material.lobes.size(); ++i)
@@ -160,6 +185,7 @@ private:
     const Environment* environment_ = nullptr;
     bool has_extent_ = false;
     std::vector<Material> materials_;
+    std::vector<std::vector<const Outlook*>> outlooks_;  // of their lobes, where there are any
 
     // of the path
     Sum* sum_;
@@ -174,6 +200,8 @@ private:
     double density_;               // with which its lobes have drawn the direction of the path
     std::vector<double> shares_;   // of its lobes among the directions, and of mirror, glass' reflection and refraction
     std::vector<double> chances_;  // of the lights to be drawn from
+    double lobes_;                 // the shares of all of its lobes
+    std::vector<const Environment::Aim*> aims_;  // of its lobes at the environment, where they have outlooks
 };
 
 void Tracer::trace(Path* paths, int count) {
@@ -313,7 +341,9 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
             Vec3 radiance;
             double rival = 0;
             if constexpr (std::is_same_v<Kind, Environment>) {
-                std::tie(radiance, rival) = light.seen(direction);
+                const Environment::Seen seen = light.seen(direction);
+                radiance = seen.radiance;
+                if (has_rival) rival = seen.density * preference(seen.tile);
             } else {
                 radiance = light.radiance;
                 if (has_rival) rival = light.density(origin_, direction);
@@ -326,18 +356,24 @@ void Tracer::add_emission(const std::optional<Scene::Found>& found, const Vec3& 
 Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     Vertex v{.found = found, .material = materials_[found.object], .V = V};
     const Material& m = v.material;
+    const bool knowing = sources_.size() == 1 && environment_ && environment_->fine();  // where light comes from
     const bool front = v.NdotV > 0, alone = m.lobes.size() == 1 && !m.mirror && !m.glass;
     origin_ = v.surface.position;
     shares_.clear();
     shadows_ = candidates_ = 1;
+    aims_.clear();
     double broad = 0;
-    for (Lobe& lobe : v.material.lobes) {
-        if (lobe.proposal.glossy()) candidates_ = CANDIDATES;
+    for (std::size_t i = 0; i < m.lobes.size(); ++i) {
+        Lobe& lobe = v.material.lobes[i];
+        if (const Outlook* outlook = outlooks_[found.object][i])
+            aims_.push_back(&outlook->about(v.frame.to_world(lobe.proposal.axis(v.local_V))));
+        if (lobe.proposal.glossy()) candidates_ = knowing ? KNOWING_CANDIDATES : CANDIDATES;
         lobe.turn(v.surface.N, v.surface.T, V);
         shares_.push_back(!front ? 0 : alone ? 1 : lobe.albedo(v.NdotV));
         v.lobes += shares_.back();
         if (!lobe.proposal.glossy()) broad += shares_.back();
     }
+    lobes_ = v.lobes;
     if (broad > 0) v.cell = guide_.at(origin_);
     if (v.cell) v.guided = v.cell->chance() * broad / v.lobes;
     v.all = v.lobes;
@@ -349,6 +385,13 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
         }
     }
     return v;
+}
+
+// Where one of the lobes looks.
+const Environment::Aim& Tracer::aim(double& u) const {
+    const int lobes = static_cast<int>(aims_.size());
+    if (lobes == 0) return environment_->by_light();
+    return *aims_[lobes == 1 ? 0 : pick(shares_.data(), lobes, u)];
 }
 
 // Chances of the lights, by what they would give if nothing stood in their way. False where none gives any.
@@ -386,12 +429,12 @@ void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
         auto& [source, at, cell] = candidates[i];
         at = turned(u, i, candidates_);
         source = count == 1 ? 0 : pick(chances_.data(), count, at.x);
-        if (environment_ && source == count - 1) cell = environment_->cell(at);
+        if (environment_ && source == count - 1) cell = environment_->cell(at, aim(at.x));
     }
     double sum = 0;
     for (int i = 0; i < candidates_; ++i) {
         const auto& [source, at, cell] = candidates[i];
-        const LightSample light = environment_ && source == count - 1 ? environment_->sample(cell)
+        const LightSample light = environment_ && source == count - 1 ? from_environment(cell)
             : std::visit([&, &at = at](const auto& l) { return l.sample(origin_, at); }, sources_[source]);
         const double cos = v.surface.N.dot(light.L), chance = draws(source);
         if (!(cos > 0) || light.estimate == Vec3(0)) continue;
@@ -485,6 +528,7 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     // Before the second vertex nothing may end by chance: densities know nothing of that.
     shares_light_ = settings.share && settings.depth > 1 && settings.roulette > 1 &&
                     std::any_of(objects.begin(), objects.end(), [](auto& o) { return o.material.uniform(); });
+    look_out();
     if (settings.layers)
         layers_.assign(scene.sources().size(), LayerFilm(film_.pixels(), Vec3(0)));
     if (settings.adaptive) shares_.emplace(width, height, shares_light_);
@@ -494,6 +538,17 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
                        .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance)
                        .add(settings.adaptive).add(settings.guided).add(settings.share).value();
+}
+
+void Render::look_out() {
+    const auto& sources = scene_.sources();
+    const auto* environment = sources.empty() ? nullptr : std::get_if<Environment>(&sources.back());
+    if (!environment || !environment->fine()) return;
+    for (const Scene::Object& o : scene_.objects())
+        for (const Lobe& lobe : o.material.lobes) {
+            const int breadth = Outlook::breadth(lobe.proposal);
+            outlooks_.try_emplace(breadth, *environment, breadth);
+        }
 }
 
 void Render::advance(int samples) {
@@ -538,7 +593,8 @@ int Render::due(std::size_t pixel, int turn) const {
 }
 
 void Render::add_samples(int count) {
-    oneapi::tbb::enumerable_thread_specific<Tracer> tracers([&] { return Tracer(scene_, settings_, *guide_); });
+    oneapi::tbb::enumerable_thread_specific<Tracer> tracers(
+        [&] { return Tracer(scene_, settings_, *guide_, outlooks_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
     const int look = next_look(samples_), halves = settings_.variance ? Film::HALVES : 1;
 

@@ -4,9 +4,11 @@
 #include "camera.h"
 #include "film.h"
 #include "guide.h"
+#include "outlook.h"
 #include "scene.h"
 #include "shares.h"
 
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -28,6 +30,8 @@ struct RenderSettings {
     // Pixels that are near share the light that their paths find on Lambertian surfaces: see Render::companions().
     bool share = true;
 };
+
+using Outlooks = std::map<int, Outlook>;  // by breadth
 
 // One picture that gets better as long as one likes. The scene must outlive it and must not change.
 class Render {
@@ -68,6 +72,7 @@ private:
 
     void add_samples(int count);
     void aim();
+    void look_out();
     void finish_tiles();
     int due(std::size_t pixel, int turn) const;
     // Hands the arrays that make up the state to visit(data, count).
@@ -87,6 +92,7 @@ private:
     std::optional<Shares> shares_;
     bool shares_light_;
     std::shared_ptr<const Guide> guide_ = std::make_shared<const Guide>();
+    Outlooks outlooks_;  // of all lobes, where the environment has details
     std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average
     double target_ = 0;
 };

@@ -156,8 +156,8 @@ def test_light_of_a_sphere_is_its_closed_form(radius):
         assert abs(mean - expected) <= 3 * error + 1e-5 * expected and error < 0.01 * expected
 
 
-def probe(seed=3):
-    return np.random.default_rng(seed).random((6, 12, 3)).astype(np.float32) ** 4 * 5
+def probe(seed=3, size=(6, 12)):
+    return np.random.default_rng(seed).random((*size, 3)).astype(np.float32) ** 4 * 5
 
 
 def looked_up(pixels, direction, rotation=0.0):
@@ -183,16 +183,17 @@ def test_an_environment_is_seen_where_it_belongs(target, rotation):
     assert np.allclose(image, looked_up(probe(), np.array(target) / np.linalg.norm(target), rotation), rtol=1e-3)
 
 
+@pytest.mark.parametrize("size", ((6, 12), (70, 150)))
 @pytest.mark.parametrize("strategy", ("mis", "light"))
-def test_light_of_an_environment_is_its_quadrature(strategy):
-    scene = lit_plane()
-    scene.set_environment(probe(), 37)
+def test_light_of_an_environment_is_its_quadrature(strategy, size):
+    pixels, scene = probe(size=size), lit_plane()
+    scene.set_environment(pixels, 37)
     camera = reference.Camera((0.1, 0.5, 0.6), (0, 0, 0), (0, 1, 0), 1e-3)
     render = rendered(scene, camera, 4096, size=4, depth=1, strategy=strategy)
     n = 600
     cos, phi = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n * 2 * np.pi)
     sin = np.sqrt(1 - cos**2)
-    light = looked_up(probe(), np.stack((sin * np.cos(phi), cos, sin * np.sin(phi)), -1), 37)
+    light = looked_up(pixels, np.stack((sin * np.cos(phi), cos, sin * np.sin(phi)), -1), 37)
     expected = (light * cos[..., None]).mean((0, 1)) * 2  # over pi, of a half sphere of 2 pi
     mean, error = render.beauty().mean((0, 1)), rendering.error_of_mean(render.deviation(), render.groups())
     assert np.all(np.abs(mean - expected) <= 4 * error + 1e-4 * expected) and np.all(error < 5e-3 * expected)
@@ -256,6 +257,25 @@ def test_both_strategies_together_show_what_either_shows_alone(strategy):
     scene = still_life()
     z = np.concatenate([z_scores(rendered(scene, SPHERE_CAMERA, 32, size=64, depth=3, seed=2 * i),
                                  rendered(scene, SPHERE_CAMERA, 64, size=64, depth=3, strategy=strategy, seed=2 * i + 1))
+                        for i in range(4)])
+    assert abs(z.mean()) < 4 / np.sqrt(z.size) and z.std() < 1.3
+
+
+@pytest.mark.parametrize("strategy", ("lobe", "light"))
+def test_both_strategies_agree_where_lobes_look_at_tiles_of_the_environment(strategy):
+    """Lobes of all shapes, alone and together, under more detail than still_life's."""
+    lobes = [[(GGX, {"f0": (0.9, 0.6, 0.3), "alpha": 0.2})], [*lambert(0.4), (GGX, {"f0": (0.04,) * 3, "alpha": 0.1})],
+             [("lobe_GGX_aniso(vec3,vec3,vec3,vec3,vec3,float,float)",
+               {"f0": (0.9,) * 3, "alphaX": 0.5, "alphaY": 0.1})],
+             [("lobe_Phong(vec3,vec3,vec3,vec3,float)", {"rs": (0.5,) * 3, "exponent": 40})]]
+    scene = reference.Scene()
+    for i, material in enumerate(lobes):
+        scene.set_material(scene.add_sphere((i % 2 * 2.1 - 1.05, 0, i // 2 * 2.1 - 1.05), 1), material)
+    scene.set_material(scene.add_plane((0, -1, 0), (0, 1, 0), 4), lambert(0.5))
+    scene.set_environment(probe(size=(70, 150)), 37)
+    camera = reference.Camera((0, 5, 5), (0, 0, 0), (0, 1, 0), 40)
+    z = np.concatenate([z_scores(rendered(scene, camera, 32, size=64, depth=2, seed=2 * i),
+                                 rendered(scene, camera, 64, size=64, depth=2, strategy=strategy, seed=2 * i + 1))
                         for i in range(4)])
     assert abs(z.mean()) < 4 / np.sqrt(z.size) and z.std() < 1.3
 

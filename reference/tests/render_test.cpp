@@ -55,7 +55,7 @@ TEST(Sample, OfThisVersionIsAsItWas) {
             const Vec2 u = Sample(scrambled(k), i).pair(k);
             print.add(u.x).add(u.y);
         }
-    EXPECT_EQ(STATE_VERSION, 9u);
+    EXPECT_EQ(STATE_VERSION, 10u);
     EXPECT_EQ(print.value(), 7658316976743077338u);
 }
 
@@ -190,16 +190,61 @@ TEST(Environment, DrawsByItsLight) {
     std::vector<float> pixels(3 * 16 * 8);
     for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = scrambled(i) % 100 < 80 ? 0 : scrambled(i) % 7;
     const Environment light(pixels, 16, 8, 25);
-    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return light.seen(L).second; }), 1, 2e-3);
+    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return light.seen(L).density; }), 1, 2e-3);
     const auto above = [](const Vec3& v) { return std::max(v.y, 0.0) + 0.3 * v.z * v.z; };
-    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.seen(L).first) * above(L); });
+    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.seen(L).radiance) * above(L); });
     const double drawn = mean_over(4, 1 << 14, [&](Vec2 u) {
         const LightSample s = light.sample(Vec3(0), u);
-        EXPECT_NEAR((s.estimate * s.density - light.seen(s.L).first).length(), 0, 1e-6);
-        EXPECT_NEAR(light.seen(s.L).second, s.density, 1e-6 * s.density);
+        EXPECT_NEAR((s.estimate * s.density - light.seen(s.L).radiance).length(), 0, 1e-6);
+        EXPECT_NEAR(light.seen(s.L).density, s.density, 1e-6 * s.density);
         return luminance(s.estimate) * above(s.L);
     });
     EXPECT_NEAR(drawn, exact, 5e-3 * exact);
+}
+
+// By whatever weights, as far as its density says: on a grid that tiles do not divide.
+TEST(Environment, DrawsFromTilesByWeights) {
+    std::vector<float> pixels(3 * 150 * 70);
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = scrambled(i / 3) % 100 < 95 ? 0.01 : scrambled(i) % 70;
+    const Environment light(pixels, 150, 70, 25);
+    const Vec3 axis = Vec3(1, 2, -2) / 3;
+    const auto weight = [&](const Vec3& L) { return std::pow(0.55 + 0.45 * axis.dot(L), 8); };
+    const Environment::Aim aim = light.aim(weight);
+    const auto density = [&](const Environment::Seen& s) { return s.density * light.preference(aim, s.tile); };
+    EXPECT_NEAR(over_sphere(800, [&](const Vec3& L) { return density(light.seen(L)); }), 1, 5e-3);
+    const double exact = over_sphere(800, [&](const Vec3& L) { return luminance(light.seen(L).radiance) * weight(L); });
+    double squares = 0;
+    const double drawn = mean_over(4, 1 << 14, [&](Vec2 u) {
+        const Environment::Cell cell = light.cell(u, aim);
+        const LightSample s = light.sample(cell);
+        const Environment::Seen seen = light.seen(s.L);
+        EXPECT_EQ(seen.tile, cell.tile);
+        EXPECT_NEAR(density(seen), s.density * light.preference(aim, cell.tile), 1e-6 * s.density);
+        const double value = luminance(s.estimate) / light.preference(aim, cell.tile) * weight(s.L);
+        squares += (value - exact) * (value - exact);
+        return value;
+    });
+    EXPECT_NEAR(drawn, exact, 5e-3 * exact);
+    EXPECT_LT(std::sqrt(squares / (1 << 14)), 0.2 * exact);  // 1.8 by light alone
+}
+
+TEST(Outlook, LooksWhereTheLobeReflects) {
+    std::vector<float> pixels(3 * 128 * 64, 1.f);
+    const Environment light(pixels, 128, 64, 0);
+    const Outlook broad(light, Outlook::breadth(Proposal::cosine()));
+    const Outlook narrow(light, Outlook::breadth(Proposal::ggx(0.1, 0.1)));
+    for (int i = 0; i < 200; ++i) {
+        const Vec2 u = Sample(1, i).pair(0);
+        const Vec2 around = on_circle(u.x);
+        const double z = 2 * u.y - 1, sin = std::sqrt(1 - z * z);
+        const Vec3 axis(sin * around.x, z, sin * around.y);
+        const auto mean_cosine = [&](const Outlook& outlook) {
+            const Environment::Aim& aim = outlook.about(axis);
+            return mean_over(1, 256, [&](Vec2 v) { return axis.dot(light.sample(light.cell(v, aim)).L); });
+        };
+        EXPECT_NEAR(mean_cosine(broad), 2 / 3., 0.06);
+        EXPECT_GT(mean_cosine(narrow), 0.8);
+    }
 }
 
 // All kinds of lights and materials at once.
