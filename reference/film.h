@@ -11,13 +11,7 @@
 
 namespace lobe {
 
-// A part of a picture, its edges included.
-struct Box {
-    int x0, y0, x1, y1;
-};
-
-// Pixels that share what their paths find: a few, and apart, since of neighbours each tells how noisy the other is
-// (shares.h), and must not know what that one has found.
+// Pixels that share what their paths find: a few, and apart, so that noise does not look like large grains.
 struct Companions {
     static constexpr int SIDE = 4, APART = 2, COUNT = SIDE * SIDE, BLOCK = SIDE * APART;
 
@@ -31,48 +25,57 @@ struct Companions {
     static Companions none(int x, int y) { return {1, {x}, {y}}; }
 
     bool begins(int i, int j) const { return x[0] == i && y[0] == j; }
-    // Where they and all of their neighbours are.
-    Box around() const { return {x[0] - 1, y[0] - 1, x[count - 1] + 1, y[count - 1] + 1}; }
 
     int count = 0, x[COUNT], y[COUNT];
 };
 
-// The samples of a pixel fall by turns to two halves, each with a sequence of its own. Samples of one sequence depend
-// on each other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of
-// their difference, squared, is an unbiased estimate of the variance of the mean (Rousselle, Knaus, Zwicker, Adaptive
-// rendering with non-local means filtering, 2012, section 4). With one degree of freedom: take means over pixels.
+// The samples of a pixel belong to two halves, each with a sequence of its own. Samples of one sequence depend on each
+// other, which makes their mean better than their scatter tells; the halves are independent, and a quarter of the
+// squared difference of their means is an unbiased estimate of the variance of the mean of both (Rousselle, Knaus,
+// Zwicker, Adaptive rendering with non-local means filtering, 2012, section 4). With one degree of freedom: take means
+// over pixels. Both count alike, however many samples each has: these numbers may have to do with what the other has
+// found (shares.h), and a mean that is weighted by them would have a bias.
 class Film {
 public:
     static constexpr int TILE = 16, HALVES = 2;
     static_assert(TILE % Companions::BLOCK == 0);
+    using Sums = std::vector<Vec3>;  // of the halves of each pixel
 
     Film(int width, int height)
         : width(width), height(height), tiles_x((width + TILE - 1) / TILE), tiles_y((height + TILE - 1) / TILE),
-          sums_(std::size_t(width) * height * HALVES, Vec3(0)), counts_(std::size_t(width) * height, 0),
+          sums_(std::size_t(width) * height * HALVES, Vec3(0)), counts_(sums_.size(), 0),
           finished_(std::size_t(tiles_x) * tiles_y, 0) {}
 
-    // The next sample of the pixel.
-    void add(std::size_t pixel, const Vec3& radiance) {
-        sums_[HALVES * pixel + counts_[pixel]++ % HALVES] += radiance;
+    void add(std::size_t pixel, int half, const Vec3& radiance) {
+        sums_[HALVES * pixel + half] += radiance;
+        ++counts_[HALVES * pixel + half];
     }
 
     void finish(std::size_t tile) { finished_[tile] = 1; }
     bool finished(std::size_t tile) const { return finished_[tile]; }
-    int samples(std::size_t pixel) const { return counts_[pixel]; }
-    std::size_t pixels() const { return counts_.size(); }
+    int samples(std::size_t pixel, int half) const { return counts_[HALVES * pixel + half]; }
+    int samples(std::size_t pixel) const { return samples(pixel, 0) + samples(pixel, 1); }
+    std::size_t pixels() const { return counts_.size() / HALVES; }
     std::size_t tiles() const { return finished_.size(); }
 
-    Vec3 mean(std::size_t pixel) const {
-        return (sums_[HALVES * pixel] + sums_[HALVES * pixel + 1]) / std::max(counts_[pixel], 1);
+    Vec3 mean(std::size_t pixel) const { return mean(sums_, pixel); }
+    // Of what has been summed up beside.
+    Vec3 mean(const Sums& sums, std::size_t pixel) const {
+        const auto of_half = [&](int half) { return sums[HALVES * pixel + half] / std::max(samples(pixel, half), 1); };
+        const Vec3 sum = of_half(0) + of_half(1);
+        return samples(pixel, 0) > 0 && samples(pixel, 1) > 0 ? sum / 2 : sum;
     }
     // Half of the halves' difference: as large as the error of the mean, and as much alike that of other pixels, but of
     // any sign. 0 before there are two samples.
     Vec3 deviation(std::size_t pixel) const {
-        const int count = counts_[pixel];
-        if (count < 2) return Vec3(0);
-        return (sums_[HALVES * pixel] / ((count + 1) / 2) - sums_[HALVES * pixel + 1] / (count / 2)) / 2;
+        const int n0 = samples(pixel, 0), n1 = samples(pixel, 1);
+        if (n0 == 0 || n1 == 0) return Vec3(0);
+        return (sums_[HALVES * pixel] / n0 - sums_[HALVES * pixel + 1] / n1) / 2;
     }
-    Vec3 variance(std::size_t pixel) const { return deviation(pixel) * deviation(pixel); }
+    Vec3 variance(std::size_t pixel) const {
+        const Vec3 d = deviation(pixel);
+        return d * d;
+    }
 
     std::size_t tile(int x, int y) const { return std::size_t(y / TILE) * tiles_x + x / TILE; }
     std::size_t pixel(int x, int y) const { return std::size_t(y) * width + x; }
@@ -109,7 +112,7 @@ public:
     // Root mean square standard error over the mean; infinite before there are two samples everywhere.
     double error() const {
         const Summary s = summary();
-        const bool known = *std::min_element(counts_.begin(), counts_.end()) >= 2;
+        const bool known = *std::min_element(counts_.begin(), counts_.end()) > 0;
         if (!known) return std::numeric_limits<double>::infinity();
         return s.mean > 0 ? std::sqrt(s.variance / s.values) / (s.mean / s.values) : 0;
     }
@@ -126,11 +129,9 @@ private:
         visit(self.finished_.data(), self.finished_.size());
     }
 
-    std::vector<Vec3> sums_;  // of the halves of each pixel
-    std::vector<std::int32_t> counts_;    // of the pixels
+    Sums sums_;
+    std::vector<std::int32_t> counts_;    // of the halves of each pixel
     std::vector<std::uint8_t> finished_;  // of the tiles
 };
-
-using LayerFilm = std::vector<Vec3>;  // sums, one a pixel
 
 }  // namespace lobe

@@ -530,8 +530,8 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
                     std::any_of(objects.begin(), objects.end(), [](auto& o) { return o.material.uniform(); });
     look_out();
     if (settings.layers)
-        layers_.assign(scene.sources().size(), LayerFilm(film_.pixels(), Vec3(0)));
-    if (settings.adaptive) shares_.emplace(width, height, shares_light_);
+        layers_.assign(scene.sources().size(), Film::Sums(Film::HALVES * film_.pixels(), Vec3(0)));
+    if (settings.adaptive) shares_.emplace(width, height);
     const Vec3 places[] = {view_.eye, view_.corner, view_.per_x, view_.per_y};
     Fingerprint print;
     for (const Vec3& v : places) print.add(v);
@@ -564,7 +564,7 @@ void Render::advance(int samples) {
         finish_tiles();
         if (shares_)
             shares_->look(samples_, [&](int x, int y) { return !film_.finished(film_.tile(x, y)); },
-                          [&](std::size_t pixel) { return film_.samples(pixel); });
+                          [&](std::size_t pixel, int half) { return film_.samples(pixel, half); });
     }
 }
 
@@ -585,55 +585,58 @@ void Render::aim() {
     guide_ = scene_.guide(settings_.depth, photons);
 }
 
-// Samples of a pixel that a turn brings.
-int Render::due(std::size_t pixel, int turn) const {
-    if (!shares_) return 1;
-    const int turns = turn - last_look(turn);
-    return shares_->samples(pixel, turns + 1) - shares_->samples(pixel, turns);
+// Samples that a pixel's half gets in so many turns after a look.
+int Render::due(std::size_t pixel, int half, int turns) const {
+    return shares_ ? shares_->samples(pixel, half, turns) : (turns + halves() - 1 - half) / halves();
 }
 
 void Render::add_samples(int count) {
     oneapi::tbb::enumerable_thread_specific<Tracer> tracers(
         [&] { return Tracer(scene_, settings_, *guide_, outlooks_); });
     const std::uint64_t sequence = scrambled(settings_.seed + 1);
-    const int look = next_look(samples_), halves = settings_.variance ? Film::HALVES : 1;
+    const int look = last_look(samples_), begun = samples_ - look, halves = this->halves();
 
-    const auto keep = [&](std::size_t pixel, int i, const Path& path) {
-        const Sum& sum = path.sum;
-        film_.add(pixel, sum.all);
-        if (shares_) shares_->witness(pixel, i, path.alone, look);
-        for (std::size_t k = 0; k < layers_.size(); ++k) layers_[k][pixel] += sum.by_source[k];
+    struct Half {
+        std::size_t pixel;
+        int had, end;  // samples at the look, and those that it shall have
     };
-    // In a turn, the k-th samples of the pixels share, but only those of the same half, for halves are independent.
+    const auto keep = [&](const Half& h, int half, const Path& path) {
+        const Sum& sum = path.sum;
+        if (shares_) shares_->witness(h.pixel, half, film_.samples(h.pixel, half) - h.had, path.alone, look);
+        film_.add(h.pixel, half, sum.all);
+        for (std::size_t k = 0; k < layers_.size(); ++k) layers_[k][Film::HALVES * h.pixel + half] += sum.by_source[k];
+    };
+    // One sample of each pixel that shall have more. They share, but not with the other half, which is independent.
+    const auto sample = [&](Tracer& tracer, const Companions& pixels, int half, const Half* halves) {
+        const Half* whose[Companions::COUNT];
+        int paths = 0;
+        for (int m = 0; m < pixels.count; ++m) {
+            const int i = film_.samples(halves[m].pixel, half);
+            if (i >= halves[m].end) continue;
+            Samples& points = tracer.points[m][half];
+            points.take(i);
+            const Vec2 p = points.pair(POSITION);
+            tracer.paths[paths].ray = view_.ray(pixels.x[m] + p.x, pixels.y[m] + p.y), tracer.paths[paths].points = &points;
+            whose[paths++] = &halves[m];
+        }
+        tracer.trace(tracer.paths, paths);
+        for (int j = 0; j < paths; ++j) keep(*whose[j], half, tracer.paths[j]);
+        return paths > 0;
+    };
     const auto render = [&](Tracer& tracer, const Companions& pixels) {
-        int ends[Companions::COUNT];
-        for (int m = 0; m < pixels.count; ++m)
-            for (int half = 0; half < halves; ++half)
-                tracer.points[m][half].begin(sequence + Film::HALVES * film_.pixel(pixels.x[m], pixels.y[m]) + half);
-        for (int turn = samples_; turn < samples_ + count; ++turn) {
-            int most = 0;
+        Half all[Film::HALVES][Companions::COUNT];
+        for (int half = 0; half < halves; ++half)
             for (int m = 0; m < pixels.count; ++m) {
                 const std::size_t pixel = film_.pixel(pixels.x[m], pixels.y[m]);
-                const int samples = due(pixel, turn);
-                ends[m] = film_.samples(pixel) + samples, most = std::max(most, samples);
+                tracer.points[m][half].begin(sequence + Film::HALVES * pixel + half);
+                all[half][m] = {pixel, film_.samples(pixel, half) - due(pixel, half, begun), 0};
             }
-            for (int k = 0; k < most; ++k)
-                for (int half = 0; half < halves; ++half) {
-                    std::size_t whose[Companions::COUNT];
-                    int paths = 0;
-                    for (int m = 0; m < pixels.count; ++m) {
-                        const int x = pixels.x[m], y = pixels.y[m], i = film_.samples(film_.pixel(x, y));
-                        if (i >= ends[m] || i % halves != half) continue;
-                        Samples& points = tracer.points[m][half];
-                        points.take(i / halves);
-                        const Vec2 p = points.pair(POSITION);
-                        tracer.paths[paths].ray = view_.ray(x + p.x, y + p.y), tracer.paths[paths].points = &points;
-                        whose[paths++] = film_.pixel(x, y);
-                    }
-                    tracer.trace(tracer.paths, paths);
-                    for (int j = 0; j < paths; ++j) keep(whose[j], film_.samples(whose[j]), tracer.paths[j]);
-                }
-        }
+        for (int turns = begun + 1; turns <= begun + count; ++turns)
+            for (int half = 0; half < halves; ++half) {
+                for (int m = 0; m < pixels.count; ++m)
+                    all[half][m].end = all[half][m].had + due(all[half][m].pixel, half, turns);
+                while (sample(tracer, pixels, half, all[half])) {}
+            }
     };
     parallel_for(film_.tiles(), [&](std::size_t t) {
         if (film_.finished(t)) return;

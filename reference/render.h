@@ -25,7 +25,7 @@ struct RenderSettings {
     // Two independent halves of the samples tell the variance. Without, they are one sequence, which is a little more
     // even, but nobody knows how good it is.
     bool variance = true;
-    bool adaptive = false;  // pixels whose neighbours are noisier get more samples
+    bool adaptive = false;  // noisier pixels get more samples; there are two halves, then, in any case
     bool guided = true;     // towards light that comes through glass or off mirrors, by photons
     // Pixels that are near share the light that their paths find on Lambertian surfaces: see Render::companions().
     bool share = true;
@@ -58,7 +58,7 @@ public:
         return shares_light_ ? Companions::of(x, y, film_.width, film_.height) : Companions::none(x, y);
     }
     // For each light a picture, all of whose sum is the beauty.
-    const std::vector<LayerFilm>& layers() const { return layers_; }
+    const std::vector<Film::Sums>& layers() const { return layers_; }
 
     // All that a render of the same scene, camera, size and settings needs to go on as if it had not been stopped.
     // A film of 8k has gigabytes: the caller brings state_size() bytes for it.
@@ -74,7 +74,8 @@ private:
     void aim();
     void look_out();
     void finish_tiles();
-    int due(std::size_t pixel, int turn) const;
+    int halves() const { return settings_.variance || settings_.adaptive ? Film::HALVES : 1; }
+    int due(std::size_t pixel, int half, int turns) const;
     // Hands the arrays that make up the state to visit(data, count).
     template <class Self, class Visit> static void for_state(Self& self, const Visit& visit) {
         self.film_.for_state(visit);
@@ -88,7 +89,7 @@ private:
     int version_;
     std::uint64_t fingerprint_;
     Film film_;
-    std::vector<LayerFilm> layers_;
+    std::vector<Film::Sums> layers_;
     std::optional<Shares> shares_;
     bool shares_light_;
     std::shared_ptr<const Guide> guide_ = std::make_shared<const Guide>();

@@ -59,7 +59,7 @@ nb::object layers(const Render& render) {
     std::vector<double> images(3 * pixels * count);
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t p = 0; p < pixels; ++p)
-            write(render.layers()[i][p] / std::max(film.samples(p), 1), images.data() + 3 * (pixels * i + p));
+            write(film.mean(render.layers()[i], p), images.data() + 3 * (pixels * i + p));
     return to_numpy(std::move(images), {count, std::size_t(film.height), std::size_t(film.width), 3});
 }
 
@@ -78,7 +78,7 @@ void bind_render(nb::module_& m) {
              "roulette: interactions before paths may end by chance. strategy: how directions to lights with an extent\n"
              "are drawn, 'mis' (both ways, weighted), 'lobe' or 'light'. layers: a film for each light, too.\n"
              "variance: draw two independent halves, which tell it; without, there is a little less noise, but\n"
-             "variance, error and target are refused. adaptive: pixels of more noise get more samples, and no bias.\n"
+             "variance, error and target are refused. adaptive: noisier pixels get more samples, and no bias.\n"
              "guided: photons tell from where light comes through glass or off mirrors: less noise, and no bias.\n"
              "share: pixels that are near share light that their paths have found on Lambertian surfaces.")
         .def("advance", [](Render& r, int samples) {

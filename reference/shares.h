@@ -14,65 +14,66 @@
 namespace lobe {
 
 // The error of a picture, the root mean square over its pixels, is the least where samples go to pixels in proportion to
-// the scatter of theirs (Neyman 1934). Whoever lets a pixel's own samples decide on their number is biased: it ends
-// early where it happens to look even. Here a pixel is judged by its neighbours alone, and of these by the samples that
-// every pixel gets in any case, so that nothing which decides on a pixel's samples depends on what they have brought, and
-// their mean stays unbiased, exactly.
+// the scatter of theirs (Neyman 1934). Whoever lets samples decide on their own number is biased: a pixel ends early
+// where it happens to look even. Here each half of the samples (film.h) is given its number by the other half, which knows
+// nothing of it, and of that one by as many samples as it gets in any case. So nothing which decides on the number of a
+// half's samples depends on what they bring, if samples are independent, and the mean of each half is unbiased, and so
+// is that of both. Those of a sequence are not quite: at which place of it the other half was judged has to do with them.
+// Where pixels share light, they witness what they have found alone: who else takes part is decided by the other half.
 class Shares {
 public:
     static constexpr int FIRST_LOOK = 16;  // samples that every pixel gets before any is preferred
     static constexpr int MOST = 64;        // samples a turn of the noisiest pixel: rounding included
 
-    // Of a pixel's samples, sums of blocks that follow each other. Samples of a sequence that fills the square evenly are
+    // Of a half's evidence, sums of blocks that follow each other. Samples of a sequence that fills the square evenly are
     // together better than their scatter tells, so that blocks grow with the number of samples.
-    static constexpr int BLOCKS = 8, SHORTEST = 2;
+    static constexpr int BLOCKS = 8;
     using Blocks = std::array<float, BLOCKS>;
 
-    Shares(int width, int height, bool with_companions)
-        : width_(width), height_(height), with_companions_(with_companions), witnesses_(std::size_t(width) * height, Blocks{}),
+    Shares(int width, int height)
+        : width_(width), height_(height), witnesses_(std::size_t(width) * height * Film::HALVES, Blocks{}),
           shares_(witnesses_.size(), 1.f) {}
 
-    // The i-th sample of a pixel. Only those count that all pixels have by the next look, after so many turns.
-    void witness(std::size_t pixel, int i, double value, int next_look) {
-        if (i >= everyones(next_look)) return;
-        Blocks& sums = witnesses_[pixel];
-        const int length = block_length(i);
-        if (length > SHORTEST && i == BLOCKS / 2 * length)  // the first one of longer blocks
+    // The i-th sample of a pixel's half since a look; 0: since the start. Evidence doubles from look to look: what there
+    // has been becomes the first half of the blocks, to which come as many samples as all pixels get in any case.
+    void witness(std::size_t pixel, int half, int i, double value, int look) {
+        const int had = look == 0 ? 0 : evidence(look), has = evidence(look == 0 ? FIRST_LOOK : 2 * look);
+        if (i >= has - had) return;
+        Blocks& sums = witnesses_[Film::HALVES * pixel + half];
+        if (i == 0 && had > 0)
             for (int k = 0; k < BLOCKS; ++k) sums[k] = k < BLOCKS / 2 ? sums[2 * k] + sums[2 * k + 1] : 0;
-        sums[i / length] += static_cast<float>(value);
+        sums[(had + i) / (has / BLOCKS)] += static_cast<float>(value);
     }
 
-    // Samples that a pixel gets in so many turns after a look.
-    int samples(std::size_t pixel, int turns) const { return static_cast<int>(double(shares_[pixel]) * turns); }
+    // Samples that a half gets in so many turns after a look: its share is that of the pixel, if both had the same.
+    int samples(std::size_t pixel, int half, int turns) const {
+        return static_cast<int>((double(shares_[Film::HALVES * pixel + half]) * turns + 1 - half) / Film::HALVES);
+    }
 
     // Shares anew, until there are twice as many turns, which are a power of 2, for the pixels that take_part(x, y) and
-    // have so many samples(pixel): of one each turn on an average.
+    // whose halves have so many samples(pixel, half): of a pixel one each turn on an average.
     template <class TakePart, class Samples>
     void look(int turns, const TakePart& take_part, const Samples& samples) {
-        const int evidence = everyones(turns), blocks = evidence / block_length(evidence - 1);
-        std::vector<float> noise(shares_.size());
-        double sum = 0;
-        std::size_t count = 0;
-        for_pixels([&](int x, int y, std::size_t pixel) {
-            if (!take_part(x, y)) return;
-            const auto [variance, neighbours] =
-                around(x, y, [&](std::size_t p) { return variance_of(witnesses_[p], blocks); });
-            noise[pixel] = neighbours > 0 ? static_cast<float>(std::sqrt(variance / neighbours)) : 1.f;
-            sum += noise[pixel], ++count;
-        });
-        for_pixels([&](int x, int y, std::size_t pixel) {
-            // The mean noise, but for those on which the pixel or one of its companions has had an influence. In their
-            // place stand the companions, since what their neighbours tell of them is none of their own doing.
-            const Companions companions = companions_of(x, y);
-            const auto [near, area] = within(companions.around(), [&](std::size_t p) { return noise[p]; });
-            double theirs = 0;
-            for (int i = 0; i < companions.count; ++i)
-                theirs += noise[std::size_t(companions.y[i]) * width_ + companions.x[i]] / companions.count;
-            const double others = std::max(sum - near + theirs * area, 0.0) / double(count);
-            const double relative = others > 0 ? std::min(noise[pixel] / others, double(MOST)) : 1;
-            const int had = samples(pixel);
-            shares_[pixel] = float(even(had + (LEAST + (1 - LEAST) * relative) * turns) - had) / float(turns);
-        });
+        const int least = evidence(2 * turns) - evidence(turns);
+        std::vector<float> noise(shares_.size() / Film::HALVES);
+        for (int half = 0; half < Film::HALVES; ++half) {
+            double sum = 0;
+            std::size_t count = 0;
+            for_pixels([&](int x, int y, std::size_t pixel) {
+                if (!take_part(x, y)) return;
+                noise[pixel] = static_cast<float>(around(x, y, [&](std::size_t p) {
+                    return std::sqrt(variance_of(witnesses_[Film::HALVES * p + !half]));
+                }));
+                sum += noise[pixel], ++count;
+            });
+            for_pixels([&](int x, int y, std::size_t pixel) {
+                if (!take_part(x, y)) return;
+                const double relative = sum > 0 ? std::min(noise[pixel] / (sum / double(count)), double(MOST)) : 1;
+                const int had = samples(pixel, half),
+                          more = std::max(even(had + (LEAST + (1 - LEAST) * relative) * turns / Film::HALVES) - had, least);
+                shares_[Film::HALVES * pixel + half] = float(more * Film::HALVES) / float(turns);
+            });
+        }
     }
 
     template <class Visit> void for_state(const Visit& visit) { each(*this, visit); }
@@ -80,27 +81,18 @@ public:
 
 private:
     static constexpr double LEAST = 0.25;  // samples a turn, whatever the noise
+    static constexpr double OWN = 2;  // weight of a pixel in a row against that of either neighbour
 
-    // Of the blocks of which one holds the i-th sample.
-    static int block_length(int i) {
-        int length = SHORTEST;
-        while (i >= BLOCKS * length) length *= 2;
-        return length;
-    }
-    // Of the first `count`, but for a factor.
-    static double variance_of(const Blocks& sums, int count) {
+    // Samples of each half, at a look, by which the other one is judged.
+    static int evidence(int turns) { return std::max(FIRST_LOOK, static_cast<int>(LEAST * turns)) / Film::HALVES; }
+    // But for a factor.
+    static double variance_of(const Blocks& sums) {
         double sum = 0, squares = 0;
-        for (int k = 0; k < count; ++k) sum += sums[k];
-        for (int k = 0; k < count; ++k) squares += (sums[k] - sum / count) * (sums[k] - sum / count);
+        for (const float s : sums) sum += s / double(BLOCKS);
+        for (const float s : sums) squares += (s - sum) * (s - sum);
         return squares;
     }
 
-    // Samples that the quietest pixel has got by a look.
-    static int everyones(int turns) {
-        int least = FIRST_LOOK;
-        for (int look = FIRST_LOOK; look < turns; look *= 2) least = even(least + LEAST * look);
-        return least;
-    }
     // The number with three binary digits that is nearest: sequences that fill the square evenly do so best when stopped
     // at such ones.
     static int even(double samples) {
@@ -112,21 +104,15 @@ private:
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) visit(x, y, std::size_t(y) * width_ + x);
     }
-    // The sum of value(pixel) over a part of the picture, and how many pixels there are.
-    template <class Value> std::pair<double, int> within(const Box& box, const Value& value) const {
-        double sum = 0;
-        int count = 0;
-        for (int j = std::max(box.y0, 0); j <= std::min(box.y1, height_ - 1); ++j)
-            for (int i = std::max(box.x0, 0); i <= std::min(box.x1, width_ - 1); ++i)
-                sum += value(std::size_t(j) * width_ + i), ++count;
-        return {sum, count};
-    }
-    // The same over the pixel's neighbours, without itself.
-    template <class Value> std::pair<double, int> around(int x, int y, const Value& value) const {
-        const std::size_t itself = std::size_t(y) * width_ + x;
-        const auto [sum, count] = within({x - 1, y - 1, x + 1, y + 1},
-                                         [&](std::size_t p) { return p == itself ? 0 : value(p); });
-        return {sum, count - 1};
+    // The mean of value(pixel) over a pixel and its neighbours, who know of rare noise what it may have missed.
+    template <class Value> double around(int x, int y, const Value& value) const {
+        double sum = 0, weights = 0;
+        for (int j = std::max(y - 1, 0); j <= std::min(y + 1, height_ - 1); ++j)
+            for (int i = std::max(x - 1, 0); i <= std::min(x + 1, width_ - 1); ++i) {
+                const double weight = (i == x ? OWN : 1) * (j == y ? OWN : 1);
+                sum += weight * value(std::size_t(j) * width_ + i), weights += weight;
+            }
+        return sum / weights;
     }
 
     template <class Self, class Visit> static void each(Self& self, const Visit& visit) {
@@ -134,13 +120,8 @@ private:
         visit(self.shares_.data(), self.shares_.size());
     }
 
-    Companions companions_of(int x, int y) const {
-        return with_companions_ ? Companions::of(x, y, width_, height_) : Companions::none(x, y);
-    }
-
     int width_, height_;
-    bool with_companions_;
-    std::vector<Blocks> witnesses_;
+    std::vector<Blocks> witnesses_;  // of the halves of each pixel
     std::vector<float> shares_;
 };
 

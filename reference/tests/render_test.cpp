@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <set>
 
 namespace lobe {
@@ -46,6 +47,58 @@ TEST(Sample, PairsAreZeroTwoSequences) {
                 }
 }
 
+// A picture whose right side is ten times as noisy, given as many samples as its shares ask for, up to so many turns.
+struct Noisy {
+    static constexpr int SIZE = 16;
+    Noisy(int turns, const std::function<double(std::size_t, int, int)>& value) {
+        for (int look = 0; look < turns; look = look == 0 ? Shares::FIRST_LOOK : 2 * look) {
+            const int first = look == 0 ? Shares::FIRST_LOOK : look;
+            for (std::size_t p = 0; p < film.pixels(); ++p)
+                for (int half = 0; half < Film::HALVES; ++half)
+                    for (int i = 0, end = shares.samples(p, half, first); i < end; ++i) {
+                        shares.witness(p, half, i, value(p, half, 64 * look + i), look);
+                        film.add(p, half, Vec3(0));
+                    }
+            shares.look(look + first, [](int, int) { return true; }, [&](std::size_t p, int half) { return film.samples(p, half); });
+        }
+    }
+    static double noise(std::size_t pixel, int half, int i) {
+        const double scatter = pixel % SIZE < SIZE / 2 ? 1 : 10;
+        return scatter * (double(scrambled((pixel << 32) + 2 * i + half) >> 40) - 0x1p23) * 0x1p-23;
+    }
+
+    Film film{SIZE, SIZE};
+    Shares shares{SIZE, SIZE};
+};
+
+TEST(Shares, AreInProportionToTheNoiseHoweverLongItIsListenedTo) {
+    for (const int turns : {256, 1024}) {
+        const Noisy picture(turns, Noisy::noise);
+        double quiet = 0, noisy = 0, all = 0;
+        for (int y = 0; y < Noisy::SIZE; ++y)
+            for (int x = 0; x < Noisy::SIZE; ++x) {
+                const int samples = picture.film.samples(picture.film.pixel(x, y));
+                all += samples;
+                if (x < 6) quiet += samples;
+                if (x >= 10) noisy += samples;
+            }
+        const double wanted = (0.25 + 0.75 * 10 / 5.5) / (0.25 + 0.75 / 5.5);  // a quarter is given to all alike
+        EXPECT_NEAR(noisy / quiet, wanted, 0.25 * wanted) << turns;
+        EXPECT_NEAR(all, turns * picture.film.pixels(), 0.1 * all) << turns;
+    }
+}
+
+TEST(Shares, OfAHalfDoNotDependOnWhatItFinds) {
+    const Noisy before(512, Noisy::noise);
+    const Noisy after(512, [](std::size_t pixel, int half, int i) { return (half == 0 ? 3 * i % 5 : 1) * Noisy::noise(pixel, half, i); });
+    int others = 0;
+    for (std::size_t p = 0; p < before.film.pixels(); ++p) {
+        EXPECT_EQ(before.film.samples(p, 0), after.film.samples(p, 0)) << p;
+        others += before.film.samples(p, 1) != after.film.samples(p, 1);
+    }
+    EXPECT_GT(others, 50);
+}
+
 // Over the sequences, each point is uniform, and knows nothing of the other pairs of the same sample.
 // Checkpoints of older samples must not go on with new ones. Where this fails, raise STATE_VERSION and note the new sum.
 TEST(Sample, OfThisVersionIsAsItWas) {
@@ -55,7 +108,7 @@ TEST(Sample, OfThisVersionIsAsItWas) {
             const Vec2 u = Sample(scrambled(k), i).pair(k);
             print.add(u.x).add(u.y);
         }
-    EXPECT_EQ(STATE_VERSION, 10u);
+    EXPECT_EQ(STATE_VERSION, 11u);
     EXPECT_EQ(print.value(), 7658316976743077338u);
 }
 
@@ -307,7 +360,7 @@ TEST(Render, RefusesAStateThatNoRenderLeaves) {
     std::string good(render.state_size(), '\0');
     render.state(good.data());
     const std::size_t samples = 16, sums = samples + 4, pixel = sums + 8 * 8 * 2 * sizeof(Vec3);
-    const std::size_t finished = pixel + 8 * 8 * 4;
+    const std::size_t finished = pixel + 8 * 8 * Film::HALVES * sizeof(std::int32_t);
     const auto with = [&](std::size_t at, auto value) {
         std::string state = good;
         std::memcpy(state.data() + at, &value, sizeof value);
