@@ -176,7 +176,7 @@ Environment::Cell Environment::cell(Vec2 u, const Aim& aim) const {
 }
 
 // There a place by its luminance, which is bilinear.
-LightSample Environment::sample(const Cell& cell) const {
+LightSample Environment::sample(const Cell& cell, double preference) const {
     const int x = cell.x, y = cell.y;
     const Vec3 a = at(x, y), b = at(x + 1, y), c = at(x, y + 1), d = at(x + 1, y + 1);
     const double v = between(luminance(a + b), luminance(c + d), cell.u.y);
@@ -186,7 +186,7 @@ LightSample Environment::sample(const Cell& cell) const {
     const double theta = angle(y) * (1 - v) + angle(y + 1) * v;
     const Vec2 polar = on_circle(theta / (2 * PI)), around = on_circle((x + 0.5 + t) / width_ + 1);  // from +z on
     const double sin = polar.y, px = -sin * around.y, pz = sin * around.x;
-    const double p = density(Place{x, y, t, v, sin}, radiance);
+    const double p = density(Place{x, y, t, v, sin}, radiance) * preference;
     if (!(p > 0)) return {Vec3(0), 0, Vec3(0), 0};
     return {turned({px, polar.x, pz}), std::numeric_limits<double>::infinity(), radiance / p, p};
 }

@@ -101,7 +101,10 @@ public:
     Environment(std::vector<float> pixels, int width, int height, double rotation_degrees);
 
     double importance(const Vec3&, const Vec3&) const { return total_ / 4; }
-    LightSample sample(const Vec3&, Vec2 u) const { return sample(cell(u, all_)); }
+    LightSample sample(const Vec3&, Vec2 u) const {
+        const Cell c = cell(u, all_);
+        return sample(c, preference(all_, c.tile));
+    }
 
     // Tiles, by latitude and longitude. An aim says with what chance each of them is drawn from, as running sums of the
     // chances of rows, and of tiles in their row; within a tile light alone decides.
@@ -115,10 +118,10 @@ public:
     const Aim& by_light() const { return all_; }
     // Whether its texels are small against tiles; else an aim by weights means little.
     bool fine() const { return width_ >= 4 * COLUMNS && height_ >= 4 * ROWS; }
-    // The density of drawing from a tile with an aim, over that of `sample`.
+    // The density of drawing from a tile with an aim, over that by light alone; even of by_light() it is only nearly 1.
     double preference(const Aim& aim, int tile) const;
 
-    // What is seen towards L, the density with which `sample` draws L, and the tile.
+    // What is seen towards L, the density of drawing L by light alone, and the tile.
     struct Seen {
         Vec3 radiance;
         double density;
@@ -126,14 +129,14 @@ public:
     };
     Seen seen(const Vec3& L) const;
 
-    // `sample` in two steps: memory answers the first ones of several samples at a time.
+    // A sample in two steps: memory answers the first ones of several samples at a time. Its tile has been preferred.
     struct Cell {
         int x, y;
         Vec2 u;  // within
         int tile;
     };
     Cell cell(Vec2 u, const Aim& aim) const;
-    LightSample sample(const Cell& cell) const;
+    LightSample sample(const Cell& cell, double preference) const;
 
     std::uint64_t fingerprint() const;
 

@@ -22,8 +22,8 @@ constexpr int CANDIDATES = 8, KNOWING_CANDIDATES = 2;
 // diffuse box. Per CPU time that box gains 1.2 times with 2 or 3, and a scene in a probe nothing.
 constexpr int FIRST_SHADOWS = 2;
 
-// A path that has met nothing but glass and mirrors goes both ways at so many of its first interactions, reflected and refracted: what
-// is seen in it is drawn sharply by the evenness of a pixel's samples, where chance would let go of that. With a guide to
+// A path that has met nothing but glass and mirrors goes both ways at so many of its first interactions, reflected and
+// refracted: what is seen in it is drawn sharply by the evenness of a pixel's samples, where chance would let go of that. With a guide to
 // the caustic, a ball of glass in a probe gains 1.5 times with 1, 3 times with 2, no more with 3; without, little.
 constexpr int SPLITS = 2;
 
@@ -160,16 +160,9 @@ private:
     }
     // The density with which the last vertex draws from a tile of the environment, over that of the light alone.
     double preference(int tile) const {
-        if (aims_.empty()) return 1;
         double sum = 0;
         for (std::size_t i = 0; i < aims_.size(); ++i) sum += shares_[i] * environment_->preference(*aims_[i], tile);
         return sum / lobes_;
-    }
-    LightSample from_environment(const Environment::Cell& cell) const {
-        LightSample light = environment_->sample(cell);
-        const double p = preference(cell.tile);
-        if (light.density > 0) light.density *= p, light.estimate /= p;
-        return light;
     }
     double lobe_density(const Vertex& v, const Vec3& local_L) const {
         double sum = 0;
@@ -201,7 +194,7 @@ private:
     std::vector<double> shares_;   // of its lobes among the directions, and of mirror, glass' reflection and refraction
     std::vector<double> chances_;  // of the lights to be drawn from
     double lobes_;                 // the shares of all of its lobes
-    std::vector<const Environment::Aim*> aims_;  // of its lobes at the environment, where they have outlooks
+    std::vector<const Environment::Aim*> aims_;  // of its lobes at the environment
 };
 
 void Tracer::trace(Path* paths, int count) {
@@ -274,8 +267,9 @@ std::optional<Scene::Found> Tracer::arrive(const Ray& ray) {
 bool Tracer::interact(const Scene::Found& found, Ray& ray, Samples& points, int interactions) {
     const std::uint32_t first = interactions * PER_VERTEX;
     const Vertex v = meet(found, -ray.direction);
+    const bool lit = v.lobes > 0 && !sources_.empty() && weigh_lights(v);
     if (interactions == 0 && candidates_ == 1 && has_extent_ && !environment_) shadows_ = FIRST_SHADOWS;
-    for (int i = 0; i < shadows_ && v.lobes > 0; ++i)
+    for (int i = 0; i < shadows_ && lit; ++i)
         add_direct(v, turned(points.pair(first + LIGHT), i, shadows_), candidates_ > 1 ? points.pair(first + CHOICE).x : 0);
     if (splits(v, interactions)) {
         const Vec3 throughput = throughput_;
@@ -365,8 +359,11 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
     double broad = 0;
     for (std::size_t i = 0; i < m.lobes.size(); ++i) {
         Lobe& lobe = v.material.lobes[i];
-        if (const Outlook* outlook = outlooks_[found.object][i])
+        const Outlook* const outlook = outlooks_[found.object][i];
+        if (outlook && front)
             aims_.push_back(&outlook->about(v.frame.to_world(lobe.proposal.axis(v.local_V))));
+        else if (environment_)
+            aims_.push_back(&environment_->by_light());
         if (lobe.proposal.glossy()) candidates_ = knowing ? KNOWING_CANDIDATES : CANDIDATES;
         lobe.turn(v.surface.N, v.surface.T, V);
         shares_.push_back(!front ? 0 : alone ? 1 : lobe.albedo(v.NdotV));
@@ -390,7 +387,6 @@ Vertex Tracer::meet(const Scene::Found& found, const Vec3& V) {
 // Where one of the lobes looks.
 const Environment::Aim& Tracer::aim(double& u) const {
     const int lobes = static_cast<int>(aims_.size());
-    if (lobes == 0) return environment_->by_light();
     return *aims_[lobes == 1 ? 0 : pick(shares_.data(), lobes, u)];
 }
 
@@ -412,7 +408,6 @@ bool Tracer::weigh_lights(const Vertex& v) {
 // density of the lobes' own draws, which is near to them and cheaper, tells what no light knows of. The lobes are
 // evaluated and a ray is traced for the chosen one alone.
 void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
-    if (sources_.empty() || !weigh_lights(v)) return;
     constexpr double FLOOR = 1e-2;  // so that none is missed where the lobes draw nothing
     const int count = static_cast<int>(sources_.size());
     struct {
@@ -429,12 +424,14 @@ void Tracer::add_direct(const Vertex& v, Vec2 u, double choice) {
         auto& [source, at, cell] = candidates[i];
         at = turned(u, i, candidates_);
         source = count == 1 ? 0 : pick(chances_.data(), count, at.x);
-        if (environment_ && source == count - 1) cell = environment_->cell(at, aim(at.x));
+        if (!environment_ || source != count - 1) continue;
+        const Environment::Aim& aim = this->aim(at.x);  // before the rest of the place is copied
+        cell = environment_->cell(at, aim);
     }
     double sum = 0;
     for (int i = 0; i < candidates_; ++i) {
         const auto& [source, at, cell] = candidates[i];
-        const LightSample light = environment_ && source == count - 1 ? from_environment(cell)
+        const LightSample light = environment_ && source == count - 1 ? environment_->sample(cell, preference(cell.tile))
             : std::visit([&, &at = at](const auto& l) { return l.sample(origin_, at); }, sources_[source]);
         const double cos = v.surface.N.dot(light.L), chance = draws(source);
         if (!(cos > 0) || light.estimate == Vec3(0)) continue;
@@ -607,17 +604,17 @@ void Render::add_samples(int count) {
         for (std::size_t k = 0; k < layers_.size(); ++k) layers_[k][Film::HALVES * h.pixel + half] += sum.by_source[k];
     };
     // One sample of each pixel that shall have more. They share, but not with the other half, which is independent.
-    const auto sample = [&](Tracer& tracer, const Companions& pixels, int half, const Half* halves) {
+    const auto sample = [&](Tracer& tracer, const Companions& pixels, int half, const Half* them) {
         const Half* whose[Companions::COUNT];
         int paths = 0;
         for (int m = 0; m < pixels.count; ++m) {
-            const int i = film_.samples(halves[m].pixel, half);
-            if (i >= halves[m].end) continue;
+            const int i = film_.samples(them[m].pixel, half);
+            if (i >= them[m].end) continue;
             Samples& points = tracer.points[m][half];
             points.take(i);
             const Vec2 p = points.pair(POSITION);
             tracer.paths[paths].ray = view_.ray(pixels.x[m] + p.x, pixels.y[m] + p.y), tracer.paths[paths].points = &points;
-            whose[paths++] = &halves[m];
+            whose[paths++] = &them[m];
         }
         tracer.trace(tracer.paths, paths);
         for (int j = 0; j < paths; ++j) keep(*whose[j], half, tracer.paths[j]);
@@ -684,7 +681,7 @@ void Render::state(char* bytes) const {
     write(&sum, 1);
 }
 
-static constexpr int MOST_SAMPLES = (1 << 30) - 1;  // of a pixel, so that next_look() and MOST times as many still fit into 32 bits
+static constexpr int TOO_MANY = 1 << 30;  // samples of a pixel: next_look() must still fit into 32 bits
 
 // Of samples of a pixel, and of whether a tile is finished: a count below 0 would write outside of the film.
 static bool could_be(const Vec3& v, int) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -713,7 +710,7 @@ void Render::restore(std::string_view state) {
     std::memcpy(&samples, films - sizeof samples, sizeof samples);
     const char* p = films;
     const int times = shares_ ? Shares::MOST : 1;  // as many as the mean a pixel may have
-    bool plausible = 0 <= samples && samples <= MOST_SAMPLES / times;
+    bool plausible = 0 <= samples && samples < TOO_MANY && samples <= TOO_MANY / times;
     for_state(*this, [&]<class T>(const T*, std::size_t count) {
         for (T value; count > 0; --count, p += sizeof value) {
             std::memcpy(static_cast<void*>(&value), p, sizeof value);

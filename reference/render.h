@@ -38,8 +38,8 @@ class Render {
 public:
     Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings);
 
-    // Adds so many samples to each pixel that is not finished, on an average where the render is adaptive. The result depends neither on the number of threads nor
-    // on how the samples are split into calls. Throws std::invalid_argument where the scene has changed.
+    // Adds so many samples to each pixel that is not finished, on an average where the render is adaptive. The result
+    // depends neither on the number of threads nor on how the samples are split into calls. Throws std::invalid_argument where the scene has changed.
     void advance(int samples);
     // From now on, tiles are finished as soon as their relative standard error, the root mean square over their pixels
     // over the mean of the picture, is below, and all of them as soon as the picture's is; 0: never. That is looked at

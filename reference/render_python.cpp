@@ -107,7 +107,8 @@ void bind_render(nb::module_& m) {
             require_variance(r);
             return picture<double>(r.film(), 3, [&](std::size_t p, double* out) { write(r.film().variance(p), out); });
         }, "Variance of that mean, [h,w,3]: unbiased, from two independent halves of the samples, and so with one\n"
-           "degree of freedom a pixel. Take means over some pixels; for the error of a region's mean see deviation().\n"
+           "degree of freedom a pixel; of an adaptive render, where noise is rare and large, about 1 % too small.\n"
+           "Take means over some pixels; for the error of a region's mean see deviation().\n"
            "0 before there are two samples.")
         .def("deviation", [](const Render& r) {
             require_variance(r);

@@ -14,7 +14,7 @@ namespace lobe {
 
 // Of a render's state. Raise it with every change, here or where points become directions, that gives a path other
 // samples: a film that mixes both is no longer what its seed says.
-inline constexpr std::uint64_t STATE_VERSION = 11;
+inline constexpr std::uint64_t STATE_VERSION = 12;
 
 // Owen's nested uniform scrambling of the binary digits, from the lowest to the highest: each digit is flipped by a
 // hash of those below it. Laine, Karras 2011, with the constants of Vegdahl, Building a better LK hash, 2021.

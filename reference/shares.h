@@ -61,7 +61,7 @@ public:
             std::size_t count = 0;
             for_pixels([&](int x, int y, std::size_t pixel) {
                 if (!take_part(x, y)) return;
-                noise[pixel] = static_cast<float>(around(x, y, [&](std::size_t p) {
+                noise[pixel] = static_cast<float>(around(x, y, take_part, [&](std::size_t p) {
                     return std::sqrt(variance_of(witnesses_[Film::HALVES * p + !half]));
                 }));
                 sum += noise[pixel], ++count;
@@ -105,10 +105,12 @@ private:
             for (int x = 0; x < width_; ++x) visit(x, y, std::size_t(y) * width_ + x);
     }
     // The mean of value(pixel) over a pixel and its neighbours, who know of rare noise what it may have missed.
-    template <class Value> double around(int x, int y, const Value& value) const {
+    template <class TakePart, class Value>
+    double around(int x, int y, const TakePart& take_part, const Value& value) const {
         double sum = 0, weights = 0;
         for (int j = std::max(y - 1, 0); j <= std::min(y + 1, height_ - 1); ++j)
             for (int i = std::max(x - 1, 0); i <= std::min(x + 1, width_ - 1); ++i) {
+                if (!take_part(i, j)) continue;  // nobody listens to those any more
                 const double weight = (i == x ? OWN : 1) * (j == y ? OWN : 1);
                 sum += weight * value(std::size_t(j) * width_ + i), weights += weight;
             }

@@ -212,14 +212,14 @@ def still_life():
 
 @pytest.mark.parametrize("adaptive", [False, True])
 def test_neither_threads_nor_calls_nor_a_stop_change_a_bit(adaptive):
-    settings = {"size": 40, "layers": True, "adaptive": adaptive}
+    settings = {"size": 24, "layers": True, "adaptive": adaptive}
     pictures = []
     for threads in (1, 2, 4):
         reference.set_threads(threads)
-        pictures.append(rendered(still_life(), SPHERE_CAMERA, 48, **settings))
+        pictures.append(rendered(still_life(), SPHERE_CAMERA, 136, **settings))  # beyond where evidence is merged
     reference.set_threads(0)
     split = rendered(still_life(), SPHERE_CAMERA, 8, **settings)
-    for samples in (1, 11, 20):
+    for samples in (1, 31, 88):
         split.advance(samples)
     resumed = rendered(still_life(), SPHERE_CAMERA, 0, **settings)
     resumed.restore(split.state())
@@ -278,6 +278,21 @@ def test_both_strategies_agree_where_lobes_look_at_tiles_of_the_environment(stra
                                  rendered(scene, camera, 64, size=64, depth=2, strategy=strategy, seed=2 * i + 1))
                         for i in range(4)])
     assert abs(z.mean()) < 4 / np.sqrt(z.size) and z.std() < 1.3
+
+
+@pytest.mark.parametrize("strategy", ["mis", "light", "lobe"])
+def test_a_sky_is_as_bright_above_whatever_shines_below(strategy):
+    """In a picture that is too coarse for lobes to look at its tiles: each still gets a little more than its share."""
+    sky = np.ones((63, 127, 3), np.float32)
+    sky[50, 60:64] = 4e6  # a thousand times all of the rest
+    scene = reference.Scene()
+    scene.set_material(scene.add_plane((0, 0, 0), (0, 1, 0), 4), lambert(0.5))
+    scene.set_environment(sky)
+    camera = reference.Camera((0, 3, 0.1), (0, 0, 0), (0, 1, 0), 40)
+    means = [rendered(scene, camera, 256, size=16, depth=1, strategy=strategy, seed=seed).beauty().mean() for seed in range(8)]
+    error = np.std(means, ddof=1) / np.sqrt(len(means))
+    print(f"{np.mean(means):.4f} +- {error:.4f}")
+    assert abs(np.mean(means) - 0.5) < 4 * error + 1e-4 and error < 0.05
 
 
 def cabinet():
