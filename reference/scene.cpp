@@ -16,6 +16,21 @@
 namespace lobe {
 namespace {
 
+embree::Device new_device() {
+    embree::Device device(rtcNewDevice(nullptr), &rtcReleaseDevice);
+    if (!device)  // each takes a key of thread-specific data, of which glibc gives 1024 to a process
+        throw std::runtime_error("Embree gives no device (error " + std::to_string(rtcGetDeviceError(nullptr)) +
+                                 "): where there are about 1000 scenes, release some");
+    return device;
+}
+
+embree::Scene new_scene(RTCDevice device) {
+    embree::Scene scene(rtcNewScene(device), &rtcReleaseScene);
+    if (!scene)
+        throw std::runtime_error("Embree gives no scene (error " + std::to_string(rtcGetDeviceError(device)) + ")");
+    return scene;
+}
+
 embree::Geometry new_geometry(RTCDevice device, RTCGeometryType type) {
     return {rtcNewGeometry(device, type), &rtcReleaseGeometry};
 }
@@ -133,8 +148,7 @@ void set_threads(int count) {
     if (count > 0) limit = std::make_unique<Limit>(Limit::max_allowed_parallelism, count);
 }
 
-Scene::Scene()
-    : device_(rtcNewDevice(nullptr), &rtcReleaseDevice), scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
+Scene::Scene() : device_(new_device()), scene_(new_scene(device_.get())) {
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
 }
 

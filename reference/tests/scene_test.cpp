@@ -358,6 +358,21 @@ TEST(Scene, RefusesObjectsThatAreNotThere) {
     EXPECT_THROW(scene.mesh(sphere), std::invalid_argument);
 }
 
+// How many there may be is Embree's affair.
+TEST(Scene, SaysThatThereAreTooMany) {
+    const Sphere sphere{Vec3(0), 1};
+    std::vector<Scene> scenes;
+    std::string message = "too many scenes";
+    try {
+        while (scenes.size() < 1500) scenes.emplace_back().add(sphere);
+    } catch (const std::runtime_error& error) {
+        message = error.what();
+    }
+    EXPECT_NE(message.find("scenes"), std::string::npos) << message;
+    scenes.clear();
+    EXPECT_EQ(Scene().add(sphere), 0);
+}
+
 TEST(Scene, LambertSphereLitFromTheCamera) {
     const Vec3 albedo(0.2, 0.5, 0.8);
     Scene scene;
