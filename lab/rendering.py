@@ -287,15 +287,16 @@ def stops() -> Iterator[list[int]]:
 
 
 def require_memory(scene: SceneFile, settings: Settings) -> None:
-    """InputError where film, checkpoint and photons would not fit into what memory is free."""
+    """InputError where film, checkpoint, photons and outlooks would not fit into what memory is free."""
     from lobe import reference
 
     each = FILM_BYTES + settings.adaptive * SHARE_BYTES + settings.layers * LAYER_BYTES * len(scene.lights)
     photons = reference.guide_bytes(scene.scene) if settings.guided else 0
-    needed, free = COPIES * each * settings.width * settings.height + photons, free_memory()
+    beside = photons + reference.outlook_bytes(scene.scene, settings.strategy)
+    needed, free = COPIES * each * settings.width * settings.height + beside, free_memory()
     if needed > free:
         (scene.place / "film" / "width").fail(
-            f"{settings.width} x {settings.height} pixels need {needed / 2**30:.1f} GB, and {free / 2**30:.1f} GB are "
+            f"{settings.width} x {settings.height} pixels need {needed / 1e9:.1f} GB, and {free / 1e9:.1f} GB are "
             "free; choose a smaller picture" + (", or layers = false" if settings.layers else "")
             + (", or guided = false" if photons else ""))
 

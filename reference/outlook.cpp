@@ -18,7 +18,7 @@ int Outlook::breadth(const Proposal& proposal) {
     return 1 + static_cast<int>(std::lround(2 * std::log2(std::hypot(proposal.width() / NARROWEST, 1.0))));
 }
 
-Outlook::Outlook(const Environment& environment, int breadth) : aims_(6 * ACROSS * ACROSS) {
+Outlook::Outlook(const Environment& environment, int breadth) : aims_(AXES) {
     parallel_for(aims_.size(), [&](std::size_t i) {
         const Vec3 a = axis(i);
         if (breadth == 0) {

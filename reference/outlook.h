@@ -12,7 +12,12 @@ namespace lobe {
 // light, times what a lobe of that breadth does with it. No lobe is known as well as to itself; whoever draws so weighs
 // what comes by the density, and chooses among a few.
 class Outlook {
+    static constexpr int ACROSS = 16;  // axes of a face of the cube
+    static constexpr std::size_t AXES = 6 * ACROSS * ACROSS;
+
 public:
+    static constexpr std::size_t BYTES = AXES * sizeof(Environment::Aim);
+
     Outlook(const Environment& environment, int breadth);
 
     // Of a lobe's draws, in steps, so that lobes which are nearly as broad have one outlook.
@@ -21,7 +26,6 @@ public:
     const Environment::Aim& about(const Vec3& axis) const { return aims_[place(axis)]; }
 
 private:
-    static constexpr int ACROSS = 16;  // axes of a face of the cube
     static std::size_t place(const Vec3& axis);
     static Vec3 axis(std::size_t place);
 

@@ -4,6 +4,7 @@
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
+#include <set>
 #include <stdexcept>
 #include <tuple>
 
@@ -38,7 +39,7 @@ Vec2 turned(Vec2 u, int i, int count) {
     return at - Vec2(std::floor(at.x), std::floor(at.y));
 }
 
-// None where the environment is coarse.
+// None where the environment is coarse or not drawn from.
 const Outlook* outlook_of(const Lobe& lobe, const Outlooks& outlooks) {
     const auto found = outlooks.find(Outlook::breadth(lobe.proposal));
     return found == outlooks.end() ? nullptr : &found->second;
@@ -516,6 +517,17 @@ int next_look(int samples) {
 // The one at which they were given the last time, 0 before the first.
 int last_look(int samples) { return samples < Shares::FIRST_LOOK ? 0 : next_look(samples) / 2; }
 
+// Of lobes that look out for the light of an environment.
+std::set<int> outlook_breadths(const Scene& scene, Strategy strategy) {
+    std::set<int> breadths;
+    const auto& sources = scene.sources();
+    const auto* environment = sources.empty() ? nullptr : std::get_if<Environment>(&sources.back());
+    if (!environment || !environment->fine() || strategy == Strategy::lobe) return breadths;
+    for (const Scene::Object& o : scene.objects())
+        for (const Lobe& lobe : o.material.lobes) breadths.insert(Outlook::breadth(lobe.proposal));
+    return breadths;
+}
+
 }  // namespace
 
 Render::Render(const Scene& scene, const Camera& camera, int width, int height, const RenderSettings& settings)
@@ -525,7 +537,8 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     // Before the second vertex nothing may end by chance: densities know nothing of that.
     shares_light_ = settings.share && settings.depth > 1 && settings.roulette > 1 &&
                     std::any_of(objects.begin(), objects.end(), [](auto& o) { return o.material.uniform(); });
-    look_out();
+    for (const int breadth : outlook_breadths(scene, settings.strategy))
+        outlooks_.try_emplace(breadth, std::get<Environment>(scene.sources().back()), breadth);
     if (settings.layers)
         layers_.assign(scene.sources().size(), Film::Sums(Film::HALVES * film_.pixels(), Vec3(0)));
     if (settings.adaptive) shares_.emplace(width, height);
@@ -535,17 +548,6 @@ Render::Render(const Scene& scene, const Camera& camera, int width, int height, 
     fingerprint_ = print.add(scene.fingerprint()).add(width).add(height).add(settings.depth).add(settings.roulette)
                        .add(settings.seed).add(settings.strategy).add(settings.layers).add(settings.variance)
                        .add(settings.adaptive).add(settings.guided).add(settings.share).value();
-}
-
-void Render::look_out() {
-    const auto& sources = scene_.sources();
-    const auto* environment = sources.empty() ? nullptr : std::get_if<Environment>(&sources.back());
-    if (!environment || !environment->fine()) return;
-    for (const Scene::Object& o : scene_.objects())
-        for (const Lobe& lobe : o.material.lobes) {
-            const int breadth = Outlook::breadth(lobe.proposal);
-            outlooks_.try_emplace(breadth, *environment, breadth);
-        }
 }
 
 void Render::advance(int samples) {
@@ -570,6 +572,10 @@ std::size_t Render::guide_bytes(const Scene& scene) {
     const bool asks = std::any_of(objects.begin(), objects.end(),
                                   [](const Scene::Object& o) { return o.material.mirror || o.material.glass; });
     return asks ? Guide::most_bytes(MOST_PHOTONS) : 0;
+}
+
+std::size_t Render::outlook_bytes(const Scene& scene, Strategy strategy) {
+    return outlook_breadths(scene, strategy).size() * Outlook::BYTES;
 }
 
 // A photon for each sample up to the last look, so that they cost about a third of its time: a function of the turns,

@@ -50,6 +50,8 @@ public:
     int turns() const { return samples_; }
     // Bytes besides film, layers and shares that a guided render of the scene may take; the scene keeps a third of them.
     static std::size_t guide_bytes(const Scene& scene);
+    // Bytes that each render of the scene takes to tell lobes where an environment has its light.
+    static std::size_t outlook_bytes(const Scene& scene, Strategy strategy);
 
     const RenderSettings& settings() const { return settings_; }
     const Film& film() const { return film_; }
@@ -72,7 +74,6 @@ private:
 
     void add_samples(int count);
     void aim();
-    void look_out();
     void finish_tiles();
     int halves() const { return settings_.variance || settings_.adaptive ? Film::HALVES : 1; }
     int due(std::size_t pixel, int half, int turns) const;
@@ -93,7 +94,7 @@ private:
     std::optional<Shares> shares_;
     bool shares_light_;
     std::shared_ptr<const Guide> guide_ = std::make_shared<const Guide>();
-    Outlooks outlooks_;  // of all lobes, where the environment has details
+    Outlooks outlooks_;  // of all lobes, where the environment has details and is drawn from
     std::int32_t samples_ = 0;  // of the pixels of tiles that are not finished, on an average
     double target_ = 0;
 };

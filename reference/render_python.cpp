@@ -68,6 +68,10 @@ nb::object layers(const Render& render) {
 void bind_render(nb::module_& m) {
     m.def("guide_bytes", &Render::guide_bytes, "scene"_a,
           "Bytes that photons of a guided render may take; 0 where the scene has neither mirror nor glass.");
+    m.def("outlook_bytes", [](const Scene& scene, const std::string& name) {
+        return Render::outlook_bytes(scene, strategy(name));
+    }, "scene"_a, "strategy"_a = "mis",
+       "Bytes that a render takes to tell lobes where an environment of many texels has its light.");
     nb::class_<Render>(m, "Render",
                        "A path-traced picture that gets better as long as one likes. ValueError on bad input, and where\n"
                        "the scene has been changed since.")

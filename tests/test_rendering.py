@@ -548,6 +548,57 @@ def test_photons_must_fit_into_the_memory(tmp_path, monkeypatch):
         rendering.require_memory(glass, rendering.settings(glass, None, None, None))
 
 
+OUTLOOK = 6 * 16**2 * (16 + 16 * 32) * 4  # bytes: axes of a cube's faces, and sums over rows and tiles, floats
+
+
+def with_probe(tmp_path, name, height):
+    image = np.random.default_rng(height).random((height, 2 * height, 3)).astype(np.float32)
+    files.write_exr(tmp_path / f"{name}.exr", {"RGB": image})
+    path = tmp_path / f"{name}.toml"
+    path.write_text(SCENE.replace("color = [0.2, 0.3, 0.4]", f'file = "{name}.exr"'))
+    return path
+
+
+def test_outlooks_must_fit_into_the_memory(tmp_path, monkeypatch):
+    """One for each breadth of lobe, here two, where the environment has details and is drawn from."""
+    fine, coarse = (scene_files.load(with_probe(tmp_path, f"probe{height}", height)) for height in (64, 32))
+    film = 2 * 48 * 32 * (rendering.FILM_BYTES + rendering.LAYER_BYTES * len(fine.lights))
+
+    def takes(scene, strategy, free):
+        monkeypatch.setattr(rendering, "free_memory", lambda: free)
+        rendering.require_memory(scene, rendering.settings(scene, None, None, strategy))
+
+    for scene, strategy in ((coarse, "mis"), (fine, "lobe")):
+        takes(scene, strategy, film)
+    for strategy in ("mis", "light"):
+        takes(fine, strategy, film + 2 * OUTLOOK)
+        with pytest.raises(InputError, match="choose a smaller picture, or layers = false$"):
+            takes(fine, strategy, film + 2 * OUTLOOK - 1)
+
+
+RENDERS = """if True:
+    import re, sys
+    from lobe import reference
+    from lobe.lab import scene_files
+    def resident():
+        return int(re.search(r"VmRSS:\\s+(\\d+)", open("/proc/self/status").read())[1]) * 1024
+    scene = scene_files.load(sys.argv[1])
+    renders, sizes = [], [resident()]
+    for strategy in ("lobe", "mis"):
+        renders.append(reference.Render(scene.scene, scene.camera, 16, 16, strategy=strategy))
+        sizes.append(resident())
+    print(sizes[1] - sizes[0], sizes[2] - sizes[1])
+"""
+
+
+def test_outlooks_take_as_much_memory_as_is_asked_for(tmp_path):
+    path = with_probe(tmp_path, "probe", 64)
+    ran = subprocess.run([sys.executable, "-c", RENDERS, path], capture_output=True, text=True, check=True)
+    lobe, mis = map(int, ran.stdout.split())
+    print(f"{lobe / 1e6:.2f} MB with lobe, {mis / 1e6:.2f} with mis, {2 * OUTLOOK / 1e6:.2f} asked for")
+    assert lobe < OUTLOOK / 2 and 1.9 * OUTLOOK < mis < 2.5 * OUTLOOK  # threads take some, too
+
+
 def test_guided_and_share_reach_the_render(tmp_path):
     def drawn(edit):
         path = tmp_path / "s.toml"
