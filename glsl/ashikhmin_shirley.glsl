@@ -116,8 +116,11 @@ vec3 lobe_sample_AshikhminShirley(vec3 N, vec3 T, float nu, float nv, vec2 u) {
 // units   16, exp and log, and the lengths of N, V and L as in lobe_GGX
 // source  Ashikhmin, Shirley 2000, eq. 7, 8
 // 0 where V or the half vector is below the horizon. L may be below it: such a sample is drawn and has f = 0.
+// Why this form: where V and L are nearly opposite and H is nearly at right angles to N, a second step of lobe_H gives
+// N.H the digits that the first has not; of vectors that are no units it stays finite by its bound.
 float lobe_pdf_AshikhminShirley(vec3 N, vec3 T, vec3 V, vec3 L, float nu, float nv) {
-    vec3 H = lobe_H(V, L);
+    vec3 H = lobe_H(V, L), across = V - L;
+    H -= clamp(0.25 * dot(H, across), -1.0, 1.0) * across;
     float NdotV = dot(N, V), NH = dot(N, H);
     if (min(NdotV, NH) <= 0.0) return 0.0;
     vec2 n = clamp(vec2(nu, nv), 0.0, LOBE_EXPONENT_MAX);
